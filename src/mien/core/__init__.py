@@ -1,0 +1,27 @@
+"""The nouns: frozen dataclasses checked when they are made, and nothing else."""
+
+from mien.core.clip import Clip
+from mien.core.correspondence import Correspondence
+from mien.core.errors import FileError, InputError, MienError, MissingPackage, Note
+from mien.core.markers import Markers
+from mien.core.mesh import Mesh, SurfacePoints
+from mien.core.report import Report
+from mien.core.rig import Blendshapes, Rig, Skeleton, Skin
+
+__all__ = [
+    "Blendshapes",
+    "Clip",
+    "Correspondence",
+    "FileError",
+    "InputError",
+    "Markers",
+    "Mesh",
+    "MienError",
+    "MissingPackage",
+    "Note",
+    "Report",
+    "Rig",
+    "Skeleton",
+    "Skin",
+    "SurfacePoints",
+]
