@@ -2,6 +2,7 @@
 
 from mien.core.clip import Clip
 from mien.core.correspondence import Correspondence
+from mien.core.examples import Examples
 from mien.core.errors import FileError, InputError, MienError, MissingPackage, Note
 from mien.core.markers import Markers
 from mien.core.mesh import Mesh, SurfacePoints
@@ -12,6 +13,7 @@ __all__ = [
     "Blendshapes",
     "Clip",
     "Correspondence",
+    "Examples",
     "FileError",
     "InputError",
     "Markers",

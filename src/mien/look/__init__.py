@@ -1,0 +1,1 @@
+"""Seeing: pictures, films, diagrams and report pages, made without a display."""

@@ -1,0 +1,13 @@
+"""Numerics that know nothing of faces: small dense problems solved exactly, each with its residual."""
+
+from mien.solve.lasso import LassoProblem, LassoSolution, solve_lasso, symmetric_penalty
+from mien.solve.sylvester import SylvesterSolution, solve_sylvester
+
+__all__ = [
+    "LassoProblem",
+    "LassoSolution",
+    "SylvesterSolution",
+    "solve_lasso",
+    "solve_sylvester",
+    "symmetric_penalty",
+]

@@ -1,0 +1,46 @@
+"""The command `mien`: its subcommands, and how errors leave it."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+import typer
+
+from mien.cli import convert, demo, inspect, methods, pairs, render, retarget
+from mien.core.errors import MienError
+
+app = typer.Typer(
+    name="mien",
+    help="Put an actor's facial performance onto any character.",
+    no_args_is_help=True,
+    rich_markup_mode="rich",
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+for command in (retarget.retarget, pairs.pairs, inspect.inspect, convert.convert, render.render, methods.methods, demo.demo):
+    app.command()(command)
+
+
+@app.callback()
+def options(debug: bool = typer.Option(False, "--debug", help="Show the traceback of an error.")) -> None:
+    """Put an actor's facial performance onto any character."""
+    if debug:
+        os.environ["MIEN_DEBUG"] = "1"
+
+
+def main() -> None:
+    """Run the command line; a user's error is one paragraph and exit code 1."""
+    try:
+        app()
+    except MienError as error:
+        if os.environ.get("MIEN_DEBUG"):
+            raise
+        print(f"mien: {error}", file=sys.stderr)
+        sys.exit(1)
+    except KeyboardInterrupt:
+        print("mien: stopped; nothing was written.", file=sys.stderr)
+        sys.exit(130)
+    except BrokenPipeError:
+        sys.exit(0)

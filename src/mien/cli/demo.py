@@ -1,0 +1,56 @@
+"""`mien demo`: the main job on the faces that come with mien."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def demo(
+    out: Annotated[Path, typer.Option(help="Folder for the results; made if it does not exist.")] = Path("demo"),
+    film: Annotated[bool, typer.Option(help="Also film the result (a few seconds more).")] = True,
+    quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Print nothing but errors.")] = False,
+) -> None:
+    """Put the built-in actor's capture onto the built-in cartoon, and say where to look.
+
+    Examples:
+
+      mien demo
+
+      mien demo --out /tmp/demo --no-film
+    """
+    from mien.cli.say import console, counted, print_notes, stages
+    from mien.job import demo as job
+    from mien.job.account import write_report
+    from mien.job.picture import picture
+    from mien.job.retarget import run, write_outputs
+
+    out.mkdir(parents=True, exist_ok=True)
+    with stages(quiet) as stage:
+        stage("building the actor and the character")
+        request = job.prepare(out)
+        result = run(request, stage)
+        stage("write")
+        animated, weights, page, sheet = (out / name for name in ("animated.glb", "weights.csv", "report.html", "sheet.png"))
+        write_outputs(result, [animated, weights])
+        stage("report")
+        write_report(page, result)
+        picture(animated, sheet)
+    written = [page, sheet, animated, weights]
+    if film:
+        with counted(quiet, "filming") as progress:
+            picture(animated, out / "film.mp4", progress=progress)
+        written.insert(2, out / "film.mp4")
+    if quiet:
+        return
+    show = console()
+    account = result.report.as_json()
+    show.print(f"{len(result.clip)} frames: fit {account['fit']['rms_mm']:.2f} mm, gain {account['gain']:.2f}")
+    print_notes(result.report.notes)
+    show.print("\nThe same with files of your own:")
+    show.print(f"  mien retarget {request.performance} {request.character} -o out.glb --report out.html\n")
+    show.print("Look at:")
+    for path in written:
+        show.print(f"  {path}")

@@ -1,0 +1,44 @@
+"""Reading the small languages of the command line's options."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import typer
+
+PRIORS = {"geometric": "prior", "sparsity": "sparsity"}
+
+
+def assignments(items: Sequence[str]) -> dict[str, Any]:
+    """Read KEY=VALUE items."""
+    return dict(_split(item, "--set") for item in items)
+
+
+def prior_weights(items: Sequence[str]) -> dict[str, Any]:
+    """Read NAME=WEIGHT items of `--prior` into the solve's parameters."""
+    settings = {}
+    for item in items:
+        name, weight = _split(item, "--prior")
+        if name not in PRIORS:
+            raise typer.BadParameter(f"unknown prior {name!r}; known: {', '.join(PRIORS)}.", param_hint="--prior")
+        settings[PRIORS[name]] = weight
+    return settings
+
+
+def pair_names(items: Sequence[str], option: str) -> list[tuple[str, str]]:
+    """Read A,B items."""
+    pairs = []
+    for item in items:
+        names = [name.strip() for name in item.split(",")]
+        if len(names) != 2 or not all(names):
+            raise typer.BadParameter(f"{item!r} is not two names with a comma between.", param_hint=option)
+        pairs.append((names[0], names[1]))
+    return pairs
+
+
+def _split(item: str, option: str) -> tuple[str, str]:
+    key, equals, value = item.partition("=")
+    if not equals or not key:
+        raise typer.BadParameter(f"{item!r} is not KEY=VALUE.", param_hint=option)
+    return key.strip(), value.strip()

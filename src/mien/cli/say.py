@@ -1,0 +1,58 @@
+"""Printing: results on stdout, progress and remarks on stderr."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, SpinnerColumn, TaskProgressColumn, TextColumn, TimeElapsedColumn
+
+from mien.core.errors import Note
+
+
+def print_json(document: Any) -> None:
+    """Print a document for scripts to read."""
+    json.dump(document, sys.stdout, indent=1, ensure_ascii=False)
+    sys.stdout.write("\n")
+
+
+def console(*, error: bool = False) -> Console:
+    """Return where to print: stdout for results, stderr for remarks."""
+    return Console(stderr=error, highlight=False, soft_wrap=True)
+
+
+def print_notes(notes: tuple[Note, ...]) -> None:
+    """Print what was repaired or left out, one line each."""
+    out = console(error=True)
+    for note in notes:
+        out.print(f"  [yellow]·[/yellow] {_plain(note.message)} [dim]({_plain(note.code)})[/dim]")
+
+
+@contextmanager
+def stages(quiet: bool) -> Iterator[Callable[[str], None]]:
+    """Show which stage is running, until the block ends."""
+    if quiet or not sys.stderr.isatty():
+        yield lambda name: None
+        return
+    with Progress(SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn(), console=console(error=True), transient=True) as bar:
+        task = bar.add_task("starting", total=None)
+        yield lambda name: bar.update(task, description=f"{name} …")
+
+
+@contextmanager
+def counted(quiet: bool, what: str) -> Iterator[Callable[[int, int], None]]:
+    """Show a bar over a known number of steps."""
+    if quiet or not sys.stderr.isatty():
+        yield lambda done, total: None
+        return
+    with Progress(TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn(), console=console(error=True)) as bar:
+        task = bar.add_task(what, total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)
+
+
+def _plain(text: str) -> str:
+    return text.replace("[", "\\[")

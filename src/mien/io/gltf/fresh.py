@@ -1,0 +1,159 @@
+"""A new glTF document for a rig that came from elsewhere."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mien.core import Mesh, Rig, Skeleton, Skin
+from mien.core.arrays import Floats, Ints
+from mien.io.gltf.container import Document
+from mien.io.gltf.packing import INDICES, VERTICES, Packing
+from mien.io.gltf.transforms import composed, decomposed
+
+MATERIAL = {
+    "name": "skin",
+    "doubleSided": True,
+    "pbrMetallicRoughness": {"baseColorFactor": [0.8, 0.62, 0.54, 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.6},
+}
+"""A neutral look: rigs carry no materials of their own."""
+
+
+def document_of(path: Path, rig: Rig) -> Packing:
+    """Return a document that holds the rig; its nodes are the joints in order, then the mesh."""
+    root: dict[str, Any] = {"asset": {"version": "2.0", "generator": "mien"}, "materials": [MATERIAL]}
+    packing = Packing(Document(path, root))
+    node: dict[str, Any] = {"name": rig.name, "mesh": 0}
+    roots: list[int] = []
+    if rig.skeleton is not None and rig.skin is not None:
+        roots = _add_skeleton(packing, rig.skeleton)
+        node["skin"] = _add_skin(packing, rig.skin)
+    packing.add("meshes", _mesh(packing, rig))
+    roots.append(packing.add("nodes", node))
+    root["scene"] = packing.add("scenes", {"nodes": roots})
+    return packing
+
+
+def _mesh(packing: Packing, rig: Rig) -> dict[str, Any]:
+    neutral = rig.neutral
+    origin, texture, triangles = seams(neutral)
+    to_own = _to_own_space(rig)
+    positions = np.einsum("nab,nb->na", to_own[:, :3, :3], neutral.vertices) + to_own[:, :3, 3]
+    attributes = {
+        "POSITION": packing.array(positions[origin], "<f4", target=VERTICES, bounds=True),
+        "NORMAL": packing.array(normals(positions, neutral.triangles)[origin], "<f4", target=VERTICES),
+    }
+    if texture is not None:
+        attributes["TEXCOORD_0"] = packing.array(texture, "<f4", target=VERTICES)
+    if rig.skin is not None:
+        attributes |= _influences(packing, rig.skin, origin)
+    primitive: dict[str, Any] = {
+        "attributes": attributes,
+        "indices": packing.array(triangles.reshape(-1, 1), "<u4", target=INDICES),
+        "material": 0,
+    }
+    mesh: dict[str, Any] = {"name": rig.name, "primitives": [primitive]}
+    if len(rig.blendshapes):
+        primitive["targets"] = [
+            {"POSITION": packing.sparse(np.einsum("nab,nb->na", to_own[:, :3, :3], delta)[origin], "<f4")}
+            for delta in rig.blendshapes.deltas
+        ]
+        mesh["extras"] = {"targetNames": list(rig.blendshapes.names)}
+    return mesh
+
+
+def _to_own_space(rig: Rig) -> Floats:
+    """Return per vertex the transform from the world at rest to the mesh's own space, `(N, 4, 4)`."""
+    if rig.skin is None or rig.skeleton is None:
+        return np.broadcast_to(np.eye(4), (len(rig.neutral.vertices), 4, 4))
+    return np.asarray(np.linalg.inv(rig.skin.blend(rig.skeleton.rest)))
+
+
+def seams(mesh: Mesh) -> tuple[Ints, Floats | None, Ints]:
+    """Return what the vertices of a file with one texture coordinate each must be.
+
+    Returns:
+        For each of them the mesh's vertex, `(M,)`, the first N being 0 … N - 1; its
+        texture coordinate, `(M, 2)`; and the triangles, `(T, 3)`.
+    """
+    count = len(mesh.vertices)
+    if mesh.uv is None:
+        return np.arange(count), None, mesh.triangles
+    corner = mesh.triangles.ravel()
+    pairs = np.column_stack([corner, mesh.uv.reshape(-1, 2)])
+    distinct, place = np.unique(pairs, axis=0, return_inverse=True)
+    owner = distinct[:, 0].astype(np.int64)
+    further = np.append(False, owner[1:] == owner[:-1])
+    number = np.where(further, count - 1 + np.cumsum(further), owner)
+    texture = np.zeros((count + int(further.sum()), 2))
+    texture[number] = distinct[:, 1:]
+    origin = np.concatenate([np.arange(count), owner[further]])
+    return origin, texture, number[place.reshape(-1)].reshape(-1, 3)
+
+
+def normals(vertices: Floats, triangles: Ints) -> Floats:
+    """Return smooth unit normals `(N, 3)`, weighted by area; +Z where no triangle tells."""
+    a, b, c = (vertices[triangles[:, i]] for i in range(3))
+    face = np.cross(b - a, c - a)
+    total = np.zeros_like(vertices)
+    for i in range(3):
+        np.add.at(total, triangles[:, i], face)
+    length = np.linalg.norm(total, axis=1, keepdims=True)
+    flat = length[:, 0] < np.finfo(float).tiny
+    total[flat], length[flat] = (0, 0, 1), 1
+    return np.asarray(total / length)
+
+
+def _influences(packing: Packing, skin: Skin, origin: Ints) -> dict[str, int]:
+    """Store joints and weights in sets of four, each joint once per vertex and unused ones as 0."""
+    spare = -skin.weights.shape[1] % 4
+    joints = np.pad(skin.joints, ((0, 0), (0, spare)))[origin]
+    weights = np.pad(skin.weights, ((0, 0), (0, spare)))[origin]
+    for i in range(joints.shape[1]):
+        for j in range(i):
+            same = joints[:, i] == joints[:, j]
+            weights[same, j] += weights[same, i]
+            weights[same, i] = 0
+    weights = weights.astype("<f4")
+    weights /= weights.sum(axis=1, keepdims=True)
+    joints = np.where(weights > 0, joints, 0)
+    small = "|u1" if len(skin.inverse_bind) <= 256 else "<u2"
+    stored = {}
+    for n in range(joints.shape[1] // 4):
+        four = slice(4 * n, 4 * n + 4)
+        stored[f"JOINTS_{n}"] = packing.array(joints[:, four], small, target=VERTICES)
+        stored[f"WEIGHTS_{n}"] = packing.array(weights[:, four], "<f4", target=VERTICES)
+    return stored
+
+
+def _add_skeleton(packing: Packing, skeleton: Skeleton) -> list[int]:
+    """Add the joints as nodes and return those without a parent."""
+    nodes: list[dict[str, Any]] = []
+    for name, parent, rest in zip(skeleton.names, skeleton.parents, skeleton.rest, strict=True):
+        local = rest if parent < 0 else np.linalg.solve(skeleton.rest[parent], rest)
+        nodes.append({"name": name, **_transform(local)})
+    for child, parent in enumerate(skeleton.parents):
+        if parent >= 0:
+            nodes[parent].setdefault("children", []).append(child)
+    for node in nodes:
+        packing.add("nodes", node)
+    return [int(i) for i in np.flatnonzero(skeleton.parents < 0)]
+
+
+def _transform(local: Floats) -> dict[str, list[float]]:
+    parts = decomposed(local)
+    if np.allclose(composed(*parts), local, rtol=1e-6, atol=1e-9):
+        return {path: p.tolist() for path, p in zip(("translation", "rotation", "scale"), parts, strict=True)}
+    affine = local.copy()
+    affine[3] = 0, 0, 0, 1
+    return {"matrix": affine.T.ravel().tolist()}
+
+
+def _add_skin(packing: Packing, skin: Skin) -> int:
+    count = len(skin.inverse_bind)
+    matrices = skin.inverse_bind.copy()
+    matrices[:, 3] = 0, 0, 0, 1
+    stored = packing.array(matrices.swapaxes(1, 2).reshape(count, 16), "<f4")
+    return packing.add("skins", {"joints": list(range(count)), "inverseBindMatrices": stored})

@@ -1,0 +1,1 @@
+"""Files in, files out: what every face of the product does around the verbs."""

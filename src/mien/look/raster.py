@@ -1,0 +1,207 @@
+"""A small software rasteriser: triangles and dots to pixels, without display or graphics card.
+
+Made for judging a face: furrows, lip lines and lid creases are darkened as daylight
+would, and what shows through an open eye or mouth is dark, also on a mask that has
+nothing inside.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from mien.core import InputError
+from mien.core.arrays import Floats, Ints, floats
+from mien.look.camera import Camera
+from mien.look.kernels import EMPTY, FIRST_BALL, HOLE, cover, cover_balls, encode, furrows, light_pixels, sum_normals
+from mien.look.shade import BACKDROP, BRIGHTEST, SKIN, encoding, linear
+
+Picture = NDArray[np.uint8]
+Single = NDArray[np.float32]
+
+MOST_PIXELS = 64_000_000
+NEAREST = 1e-6
+"""What is nearer to the camera than this is not drawn [m]."""
+
+FURROW_WIDTHS = (0.012, 0.035, 0.12)
+"""Scales at which furrows are darkened, as shares of the face: a lip line, an eye socket, the mouth's inside."""
+
+ENCODED = encoding()
+
+
+@dataclass(frozen=True, eq=False)
+class Dots:
+    """Small lit balls, such as markers.
+
+    Attributes:
+        points: `(M, 3)` centres [m]; NaN where one was not seen.
+        colour: `(3,)` or `(M, 3)` sRGB between 0 and 1.
+        radius: of each ball [m].
+        on_top: whether they show through the surface.
+    """
+
+    points: Floats
+    colour: tuple[float, float, float] | Floats = (0.10, 0.45, 0.85)
+    radius: float = 0.0015
+    on_top: bool = False
+
+    def __post_init__(self) -> None:
+        points = floats(self.points, (None, 3), "dots", nan=True)
+        object.__setattr__(self, "points", points)
+        colour = np.broadcast_to(np.asarray(self.colour, dtype=np.float64), points.shape)
+        object.__setattr__(self, "colour", floats(colour, points.shape, "dot colours"))
+
+
+def render(
+    vertices: Floats,
+    triangles: Ints,
+    camera: Camera,
+    *,
+    size: tuple[int, int] = (512, 512),
+    colours: Floats | None = None,
+    normals: Floats | None = None,
+    gaze: Floats | None = None,
+    dots: Sequence[Dots] = (),
+    smooth_edges: bool = True,
+    crevices: float = 1.0,
+) -> Picture:
+    """Picture a surface.
+
+    Args:
+        vertices: `(N, 3)` positions [m].
+        triangles: `(T, 3)` vertex indices, counter-clockwise from outside.
+        camera: where it is seen from.
+        size: width and height [pixels].
+        colours: `(N, 3)` sRGB between 0 and 1 per vertex; skin if None.
+        normals: `(N, 3)` unit normals; computed if None.
+        gaze: `(N, 3)` direction from its eye's centre at rest, on eyeballs that need an iris painted; elsewhere zero.
+        dots: markers to draw.
+        smooth_edges: take four samples a pixel.
+        crevices: how strongly furrows, lip lines and lid creases are darkened; 0 leaves them.
+
+    Returns:
+        `(height, width, 3)` sRGB bytes.
+
+    Raises:
+        InputError: the size is not positive or larger than memory allows, or shapes disagree.
+    """
+    width, height = _checked_size(size)
+    vertices = floats(vertices, (None, 3), "vertices to render")
+    if len(triangles) and (triangles.min() < 0 or triangles.max() >= len(vertices)):
+        raise InputError(f"triangles refer to vertices beyond the {len(vertices)} given.")
+    shape = vertices.shape
+    tint = linear(np.broadcast_to(SKIN, shape) if colours is None else floats(colours, shape, "vertex colours"))
+    normals = vertex_normals(vertices, triangles) if normals is None else floats(normals, shape, "vertex normals")
+
+    fine = 2 if smooth_edges else 1
+    focus = camera.pixels_per_slope(fine * height)
+    depth = np.zeros((fine * height, fine * width), np.float32)
+    owner = np.full(depth.shape, EMPTY, np.int32)
+    seen = camera.seen(vertices)
+    screen = _to_screen(seen, focus, depth.shape)
+    corners = np.ascontiguousarray(triangles, dtype=np.int32)
+    cover(screen, corners, depth, owner)
+    owner[_holes(depth)] = HOLE
+    left = _furrows(_nearest(depth, fine), crevices)
+    balls, ball_tint = _place_balls(dots, camera, focus, depth, owner)
+    turned = normals @ camera.axes.T
+    towards = np.zeros(shape) if gaze is None else floats(gaze, shape, "gaze directions")
+    light = np.empty((height, width, 3), np.float32)
+    light_pixels(owner, screen, corners, turned, tint, towards, balls, ball_tint, focus, _backdrop(height), left, light)
+    picture = np.empty(light.shape, np.uint8)
+    encode(light, ENCODED, BRIGHTEST, picture)
+    return picture
+
+
+def vertex_normals(vertices: Floats, triangles: Ints, same: Ints | None = None) -> Floats:
+    """Return unit normals `(N, 3)`, the mean over the triangles around each vertex by area.
+
+    Args:
+        vertices: `(N, 3)` positions.
+        triangles: `(T, 3)` vertex indices.
+        same: `(N,)` the vertex each one shares its normal with, so that seams do not show; itself if None.
+    """
+    joined = np.arange(len(vertices)) if same is None else same
+    return np.asarray(sum_normals(np.ascontiguousarray(vertices), np.ascontiguousarray(triangles), joined))
+
+
+def _checked_size(size: tuple[int, int]) -> tuple[int, int]:
+    width, height = size
+    if width < 1 or height < 1 or width * height > MOST_PIXELS:
+        raise InputError(
+            f"a picture of {width} × {height} pixels cannot be made; choose 1 to {MOST_PIXELS:,} pixels in all."
+        )
+    return int(width), int(height)
+
+
+def _to_screen(seen: Floats, focus: float, shape: tuple[int, ...]) -> Floats:
+    """Return `(N, 3)`: column, row, and 1/distance, which is 0 behind the camera."""
+    height, width = shape
+    distance = -seen[:, 2]
+    inverse = np.where(distance > NEAREST, 1 / np.maximum(distance, NEAREST), 0)
+    columns = width / 2 + focus * seen[:, 0] * inverse
+    rows = height / 2 - focus * seen[:, 1] * inverse
+    return np.stack([columns, rows, inverse], axis=1)
+
+
+def _backdrop(height: int) -> Floats:
+    """Return the background's `(height, 3)` linear colours, lighter above."""
+    down = np.linspace(0, 1, height)[:, None]
+    return linear(BACKDROP[0] * (1 - down) + BACKDROP[1] * down)
+
+
+def _holes(depth: Single) -> NDArray[np.bool_]:
+    """Return which samples show the background through the surface: eyes and mouths of masks without an inside."""
+    parts, count = ndimage.label(depth == 0)
+    border = np.concatenate([parts[0], parts[-1], parts[:, 0], parts[:, -1]])
+    enclosed = np.ones(count + 1, bool)
+    enclosed[border] = False
+    enclosed[0] = False
+    return np.asarray(enclosed[parts])
+
+
+def _place_balls(
+    dots: Sequence[Dots], camera: Camera, focus: float, depth: Single, owner: NDArray[np.int32]
+) -> tuple[Floats, Floats]:
+    """Cover samples with the dots; return each ball's place and colour.
+
+    A place is `(5,)`: column, row and radius [pixels], distance and radius [m].
+    """
+    height, width = depth.shape
+    placed = [np.empty((0, 5))]
+    for group in dots:
+        seen = camera.seen(group.points)
+        distance = np.where(-seen[:, 2] > group.radius, -seen[:, 2], np.nan)
+        scale = focus / distance
+        columns, rows = width / 2 + seen[:, 0] * scale, height / 2 - seen[:, 1] * scale
+        balls = np.stack([columns, rows, group.radius * scale, distance, np.full(len(seen), group.radius)], axis=1)
+        front = np.zeros_like(depth) if group.on_top else depth
+        cover_balls(balls, FIRST_BALL - sum(map(len, placed)), front, owner)
+        placed.append(balls)
+    return np.concatenate(placed), linear(np.concatenate([np.empty((0, 3)), *(group.colour for group in dots)]))
+
+
+def _nearest(depth: Single, fine: int) -> Single:
+    """Return the nearest of each pixel's samples."""
+    nearest = depth[::fine, ::fine]
+    for row in range(fine):
+        for column in range(fine):
+            nearest = np.maximum(nearest, depth[row::fine, column::fine])
+    return nearest
+
+
+def _furrows(depth: Single, strength: float) -> Single:
+    """Return how much light is left in furrows (Luft et al. 2006: unsharp masking of the depth buffer)."""
+    left = np.ones(depth.shape, np.float32)
+    covered = depth > 0
+    count = int(covered.sum())
+    if strength > 0 and count:
+        span = np.sqrt(count)
+        reaches = np.array([max(1, round(share * span / 2)) for share in FURROW_WIDTHS])
+        furrows(depth, reaches, span / (2 * float(depth.sum()) / count), 2 * strength, left)
+        left = ndimage.uniform_filter(left, 3)  # along outlines neighbouring pixels see different surfaces
+    return left

@@ -1,0 +1,65 @@
+"""Every retargeting method, one row each: the command line, the docs and the contract tests read this table."""
+
+from __future__ import annotations
+
+from dataclasses import fields, is_dataclass, replace
+from typing import Any
+
+from mien.core import InputError
+from mien.core.errors import unknown
+from mien.retargeting.copying import Copy
+from mien.retargeting.method import Method
+from mien.retargeting.range_of_motion import RangeOfMotion
+from mien.retargeting.rbf import Rbf
+
+METHODS: dict[str, type[Method]] = {method.name: method for method in (RangeOfMotion, Rbf, Copy)}
+
+
+def make_method(name: str, settings: dict[str, Any] | None = None) -> Method:
+    """Make a method by name, with some of its parameters changed.
+
+    Args:
+        name: a key of `METHODS`.
+        settings: parameter names and values, of the method or of its solve.
+
+    Raises:
+        InputError: unknown method or parameter, or a value of the wrong kind.
+    """
+    if name not in METHODS:
+        raise InputError(unknown("method", name, METHODS))
+    method: Any = METHODS[name]()
+    for key, value in (settings or {}).items():
+        method = _changed(method, key, value)
+    return method  # type: ignore[no-any-return]
+
+
+def parameters(method: Any) -> dict[str, Any]:
+    """Return a method's parameters, those of its parts included, by name."""
+    found: dict[str, Any] = {}
+    for f in fields(method):
+        value = getattr(method, f.name)
+        found.update(parameters(value) if is_dataclass(value) else {f.name: value})
+    return found
+
+
+def _changed(method: Any, key: str, value: Any) -> Any:
+    for f in fields(method):
+        current = getattr(method, f.name)
+        if f.name == key and not is_dataclass(current):
+            return replace(method, **{key: _as_kind(key, value, current)})
+        if is_dataclass(current) and key in parameters(current):
+            return replace(method, **{f.name: _changed(current, key, value)})
+    raise InputError(unknown(f"parameter of {method.name!r}", key, parameters(method)))
+
+
+def _as_kind(key: str, value: Any, current: Any) -> Any:
+    if not isinstance(value, str):
+        return value
+    try:
+        if isinstance(current, bool):
+            return {"true": True, "false": False}[value.lower()]
+        if isinstance(current, int | float):
+            return type(current)(value)
+    except (KeyError, ValueError):
+        raise InputError(f"{key} must be a {type(current).__name__}, but is {value!r}.") from None
+    return value

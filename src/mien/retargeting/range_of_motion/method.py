@@ -1,0 +1,199 @@
+"""`range-of-motion`: actor-specific blendshapes with no examples at all (Ribera et al. 2017).
+
+The steps are separate and each can be looked at: similarity, key expressions,
+alignment, solve.
+
+Differs from the paper: see `docs/range-of-motion.md`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import numpy as np
+from scipy import sparse
+
+from mien.capture import Neutral
+from mien.core import Clip, Correspondence, Examples, InputError, Markers, Note, Rig
+from mien.core.arrays import Floats, Ints
+from mien.core.errors import unknown
+from mien.geometry.laplacian import cotangent_laplacian, triangulate_markers
+from mien.retargeting.energy import SolveSettings
+from mien.retargeting.initial import warped_shapes
+from mien.retargeting.prepare import Prepared, prepare
+from mien.retargeting.range_of_motion.alignment import Balance, alignment_problem
+from mien.retargeting.range_of_motion.keys import Keys, key_expressions
+from mien.retargeting.range_of_motion.similarity import Similarity, similarity
+from mien.retargeting.shape_retargeter import ShapeRetargeter, check_markers, shape_retargeter
+from mien.solve import solve_sylvester
+
+
+@dataclass(frozen=True, eq=False)
+class Alignment:
+    """What the fit found on the way, for reports and for looking into.
+
+    Attributes:
+        similarity: of every shape to every frame.
+        keys: the key expressions.
+        original: `(K, M, 3)` the character's shapes, scaled and turned onto the actor [cm].
+        guess: `(K, M, 3)` the initial guess [cm].
+        personal: `(K, M, 3)` the actor's own blendshapes [cm].
+        residual: relative residual of the alignment's normal equations.
+    """
+
+    similarity: Similarity
+    keys: Keys
+    original: Floats
+    guess: Floats
+    personal: Floats
+    residual: float
+
+
+@dataclass(frozen=True)
+class RangeOfMotion:
+    """The range-of-motion method.
+
+    Attributes:
+        steepness: `r` of eq. 7.
+        mesh: weight of keeping the shape of the initial guess (eq. 4).
+        cross: weight of keeping the relations among blendshapes (eq. 4).
+        prominence: how far a key expression must stand out (0: every local maximum).
+        keep: frames below this share of a shape's best similarity have no say (0: all have).
+        smoothing: of the warp behind the initial guess (0: interpolating).
+        solve: the per-frame solve.
+    """
+
+    name: ClassVar[str] = "range-of-motion"
+    about: ClassVar[str] = "the character's shapes aligned with the actor's range of motion, no examples (Ribera et al. 2017)"
+    needs: ClassVar[str] = "markers or an animated face, pairs or landmarks"
+
+    steepness: float = 15.0
+    mesh: float = 0.01
+    cross: float = 0.1
+    prominence: float = 0.0
+    keep: float = 0.0
+    smoothing: float = 0.0
+    solve: SolveSettings = field(default_factory=SolveSettings)
+
+    def fit(
+        self,
+        character: Rig,
+        training: Markers | Clip,
+        pairs: Correspondence | None = None,
+        *,
+        neutral: Neutral | None = None,
+        rigid: Sequence[str] = (),
+        head_moves: bool = True,
+        examples: Examples | None = None,
+    ) -> ShapeRetargeter:
+        """Align a character's blendshapes with an actor's training take.
+
+        Args:
+            character: the rig.
+            training: markers that cover the actor's range of motion.
+            pairs: which marker is which point of the character.
+            neutral: the actor at rest; found in the take if None.
+            rigid: markers known to ride on the skull.
+            head_moves: whether there is head motion to take out.
+            examples: frames that show named shapes; they replace the automatic
+                similarities of those shapes (§6.3).
+
+        Raises:
+            InputError: as `prepare`; or an example names an unknown shape or frame.
+        """
+        take, correspondence = check_markers(training, pairs, self.name)
+        prepared = prepare(character, take, correspondence, neutral=neutral, rigid=rigid, head_moves=head_moves)
+        alignment = self.align(prepared, character.blendshapes.names, examples)
+        evidence, notes = evidence_of(alignment, prepared.terms.deltas, character.blendshapes.names)
+        return shape_retargeter(self.name, character, prepared, alignment.personal, self.solve, evidence, notes, alignment)
+
+    def align(self, prepared: Prepared, names: Sequence[str], examples: Examples | None = None) -> Alignment:
+        """Find the actor's own blendshapes: similarity, key expressions, alignment (§4)."""
+        shapes = prepared.terms.deltas
+        seen = ~np.isnan(prepared.take).any(axis=(1, 2))
+        if not seen.any():
+            raise InputError("every frame of the training take misses some paired marker; leave the worst markers out of the pairs.")
+        frames = np.flatnonzero(seen)
+        alike = similarity(prepared.take[frames], shapes, self.steepness)
+        enhanced, labelled = _with_examples(alike.enhanced, frames, names, examples)
+        keys = key_expressions(enhanced, self.prominence)
+        chosen = np.union1d(keys.frames, labelled)
+        weights = _strongest(enhanced[:, chosen], self.keep)
+        guess = warped_shapes(prepared.terms, self.smoothing)
+        problem = alignment_problem(
+            weights,
+            prepared.take[frames[chosen]],
+            shapes,
+            guess,
+            alike.between,
+            marker_laplacian(prepared.terms.actor_neutral),
+            Balance(self.mesh, self.cross),
+        )
+        solution = solve_sylvester(problem.left, problem.right, problem.load, problem.guess)
+        kept = Similarity(alike.correlation, alike.trust, enhanced, alike.between)
+        return Alignment(kept, Keys(frames[chosen], keys.cumulative), shapes, guess, solution.P, solution.residual)
+
+
+def marker_laplacian(neutral: Floats) -> sparse.csr_matrix:
+    """Return the cotangent Laplacian of the triangulated markers (§4.4)."""
+    return cotangent_laplacian(neutral, triangulate_markers(neutral))
+
+
+def evidence_of(alignment: Alignment, shapes: Floats, names: Sequence[str]) -> tuple[dict[str, float], tuple[Note, ...]]:
+    """Say how well the take shows each shape: its best correlation with a key expression.
+
+    Returns:
+        Per shape between 0 and 1, and notes on shapes that the markers cannot see or the
+        take does not show.
+    """
+    size = np.linalg.norm(shapes, axis=2).max(axis=1)
+    best = np.maximum(alignment.similarity.correlation, 0).max(axis=1)
+    unseen = size < UNSEEN_CM
+    best[unseen] = 0
+    notes = []
+    blind = [n for n, u in zip(names, unseen, strict=True) if u]
+    weak = [n for n, b, u in zip(names, best, unseen, strict=True) if b < WEAK_EVIDENCE and not u]
+    if blind:
+        notes.append(Note("shapes-unseen", f"{len(blind)} shapes move no paired point and stay at rest: {', '.join(blind)}."))
+    if weak:
+        text = f"{len(weak)} shapes are not shown by the training take and rest on the initial guess: {', '.join(weak)}."
+        notes.append(Note("shapes-without-evidence", text))
+    return {n: round(float(b), 4) for n, b in zip(names, best, strict=True)}, tuple(notes)
+
+
+UNSEEN_CM = 0.02
+"""A shape that moves no paired point by this much cannot be told from noise."""
+WEAK_EVIDENCE = 0.3
+"""Below this correlation no frame of the take looks like the shape."""
+
+
+def _strongest(weights: Floats, keep: float) -> Floats:
+    return np.where(weights >= keep * weights.max(axis=1, keepdims=True), weights, 0.0)
+
+
+def _with_examples(
+    enhanced: Floats, frames: Ints, names: Sequence[str], examples: Examples | None
+) -> tuple[Floats, Ints]:
+    """Replace the similarities of labelled shapes by their labels; return the labelled columns too."""
+    if examples is None:
+        return enhanced, np.empty(0, np.int64)
+    result = enhanced.copy()
+    place = {int(frame): column for column, frame in enumerate(frames)}
+    for frame in examples.frames:
+        if int(frame) not in place:
+            raise InputError(
+                f"the examples label frame {frame}, which the training take does not have or where markers are missing; "
+                f"it has frames {frames[0]} … {frames[-1]}."
+            )
+    columns = np.array([place[int(f)] for f in examples.frames], dtype=np.int64)
+    for name, values in zip(examples.names, examples.values.T, strict=True):
+        if name not in names:
+            raise InputError(f"the examples label an {unknown('blendshape', name, names)}")
+        shown = np.nan_to_num(values) > 0
+        if shown.any():
+            row = np.zeros(enhanced.shape[1])
+            row[columns[shown]] = values[shown]
+            result[list(names).index(name)] = row
+    return result, np.unique(columns)

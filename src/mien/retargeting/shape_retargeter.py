@@ -1,0 +1,186 @@
+"""The fitted form of every method that gives the actor blendshapes of their own.
+
+Whatever made the shapes (alignment, a warp), a frame is solved the same way, so a whole
+take and a live stream give the same weights.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from mien.capture import Stabiliser
+from mien.core import Clip, Correspondence, InputError, Markers, Note, Report, Rig
+from mien.core.arrays import Floats
+from mien.geometry.align import Similarity, inverse_rigid, transform
+from mien.retargeting.energy import FrameSolver, SolveSettings, bending, frame_solver
+from mien.retargeting.prepare import Prepared
+
+
+class State(NamedTuple):
+    """What a frame needs of the one before.
+
+    Attributes:
+        weights: `(K,)` the last weights; None before the first frame.
+        motion: `(4, 4)` the last head motion, in the actor's space.
+    """
+
+    weights: Floats | None
+    motion: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class ShapeRetargeter:
+    """An actor's own blendshapes at the markers, and how to solve for their weights.
+
+    Attributes:
+        method: the method's name.
+        names: `K` shapes of the character.
+        markers: `M` markers of the actor.
+        stabiliser: holds the head still, or None if it does not move.
+        neutral: `(M, 3)` the actor at rest, in the performance's unit.
+        centimetre: a human centimetre in that unit.
+        placement: from the actor's space to the character's.
+        shapes: `(K, M, 3)` the actor's own blendshapes `Δp` [cm].
+        solver: the per-frame problem.
+        evidence: per shape, how well the training take shows it.
+        notes: of the fit.
+        alignment: what the fit found on the way, for looking into; None once saved.
+    """
+
+    method: str
+    names: tuple[str, ...]
+    markers: tuple[str, ...]
+    stabiliser: Stabiliser | None
+    neutral: Floats
+    centimetre: float
+    placement: Similarity
+    shapes: Floats
+    solver: FrameSolver
+    evidence: Mapping[str, float]
+    neutral_frame: int | None
+    notes: tuple[Note, ...] = ()
+    alignment: Any = None
+
+    def retarget(self, performance: Markers) -> tuple[Clip, Report]:
+        """Map a take onto the character.
+
+        Args:
+            performance: markers; those of the fit must be among them, NaN where missing.
+
+        Returns:
+            Weights and head motion of the character, and the report.
+
+        Raises:
+            InputError: a marker is unknown, or no frame sees any.
+        """
+        markers = performance.only(self.markers)
+        if not markers.seen.any():
+            raise InputError("no frame of the performance sees any of the paired markers.")
+        take, motion = self.displacements(markers.points)
+        weights, residual = self.solver.batch(take)
+        head = None if motion is None else self.placement.conjugate(motion)
+        clip = Clip(self.names, weights, markers.fps, head)
+        return clip, self._report(take, weights, residual, markers)
+
+    def start(self) -> State:
+        """Begin with no frame before."""
+        return State(None, np.eye(4))
+
+    def step(self, state: State, frame: Floats) -> tuple[State, Floats]:
+        """Map one frame of markers `(M, 3)`, NaN where missing, to `(K,)` weights."""
+        points = np.asarray(frame, dtype=np.float64)[None]
+        motion = state.motion
+        if self.stabiliser is not None:
+            if (self.stabiliser.stability * ~np.isnan(points[0, :, 0]) > 0).sum() >= 3:
+                motion = self.stabiliser(points)[1][0]
+            points = transform(inverse_rigid(motion[None]), points)
+        take = (points - self.neutral) / self.centimetre
+        weights = self.solver.step(take[0], state.weights)
+        return State(weights, motion), weights
+
+    def displacements(self, points: Floats) -> tuple[Floats, Floats | None]:
+        """Return how far points `(F, M, 3)` are from the neutral with the head held still [cm], and its motion."""
+        if self.stabiliser is None:
+            return (points - self.neutral) / self.centimetre, None
+        still, motion = self.stabiliser(points)
+        return (still - self.neutral) / self.centimetre, motion
+
+    def _report(self, take: Floats, weights: Floats, residual: float, markers: Markers) -> Report:
+        seen = ~np.isnan(take[..., 0])
+        actual = np.where(seen[..., None], take, 0.0)
+        fitted = np.tensordot(weights, self.shapes, axes=1) * seen[..., None]
+        error = ((fitted - actual) ** 2).sum(axis=2)
+        count = seen.sum(axis=1)
+        with np.errstate(invalid="ignore"):
+            fit = 10 * np.sqrt(np.where(count > 0, error.sum(axis=1) / count, np.nan))
+        moved = float((actual**2).sum())
+        notes = [*self.notes]
+        blind = int((count == 0).sum())
+        if blind:
+            notes.append(Note("frames-held", f"{blind} frames see no marker and hold the frame before."))
+        figures = {
+            "frames": len(take),
+            "fps": markers.fps,
+            "neutral_frame": self.neutral_frame,
+            "missing_samples": int((~seen).sum()),
+            "kkt_residual": residual,
+            "active_per_frame": round(float((np.abs(weights) > 1e-4).sum(axis=1).mean()), 3),
+            "largest_weight": {n: round(float(w), 4) for n, w in zip(self.names, np.quantile(weights, 0.99, axis=0), strict=True)},
+        }
+        return Report(
+            self.method,
+            fit,
+            float((fitted * actual).sum() / moved) if moved > 0 else float("nan"),
+            self.evidence,
+            self.solver.settings.as_dict(),
+            figures,
+            tuple(notes),
+        )
+
+
+def shape_retargeter(
+    method: str,
+    character: Rig,
+    prepared: Prepared,
+    shapes: Floats,
+    settings: SolveSettings,
+    evidence: Mapping[str, float] | None = None,
+    notes: tuple[Note, ...] = (),
+    alignment: Any = None,
+) -> ShapeRetargeter:
+    """Put together what a frame needs, from the actor's own shapes `(K, M, 3)` [cm]."""
+    terms, names = prepared.terms, character.blendshapes.names
+    bent = bending(character, terms.character_centimetre) if settings.prior > 0 else np.zeros((len(names), len(names)))
+    solver = frame_solver(shapes, names, bent, np.asarray(prepared.pairs.confidence), settings)
+    return ShapeRetargeter(
+        method,
+        names,
+        prepared.pairs.names,
+        prepared.stabiliser,
+        prepared.neutral.points,
+        terms.centimetre,
+        terms.placement,
+        shapes,
+        solver,
+        evidence or {},
+        prepared.neutral.frame,
+        (*prepared.notes, *notes),
+        alignment,
+    )
+
+
+def check_markers(training: Markers | Clip, pairs: Correspondence | None, method: str) -> tuple[Markers, Correspondence]:
+    """Return the take and the pairs, once it is sure that both are there.
+
+    Raises:
+        InputError: the performance is weights without an actor's rig, or there are no pairs.
+    """
+    if not isinstance(training, Markers):
+        raise InputError(f"the method {method!r} needs points in space, but the performance is weights; give the actor's rig with --actor.")
+    if pairs is None:
+        raise InputError(f"the method {method!r} needs to know which marker is which point of the character; give --pairs or --landmarks.")
+    return training, pairs

@@ -1,0 +1,76 @@
+"""Which part is which, by name and by shape."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from conftest import grid_rig
+from test_raster import ball
+
+from mien.core import Blendshapes, Mesh, Rig
+from mien.look.parts import COLOURS, part_named, surface_of
+
+
+@pytest.mark.parametrize(
+    ("name", "part"),
+    [
+        ("EyeLeft", "eye"),
+        ("Wolf3D_Teeth", "teeth"),
+        ("tongue01", "tongue"),
+        ("iris_L", "iris"),
+        ("eyebrows", "hair"),
+        ("Eyelashes", "hidden"),
+        ("head", ""),
+        ("eyelids", "skin"),
+        ("greyed", ""),
+    ],
+)
+def test_names_tell_parts(name: str, part: str) -> None:
+    assert part_named(name) == part
+
+
+def with_eye(groups: bool) -> tuple[Rig, slice]:
+    sheet = grid_rig(40, shapes=("a",))
+    eye, faces = ball(20, 0.012)
+    n = len(sheet.neutral.vertices)
+    vertices = np.concatenate([sheet.neutral.vertices, eye + np.array([0.03, 0.03, 0.12])])
+    named = {"eye_L": np.arange(n, len(vertices))} if groups else {}
+    mesh = Mesh(vertices, np.concatenate([sheet.neutral.triangles, faces + n]), groups=named)
+    return Rig(mesh, Blendshapes(("a",), np.zeros((1, len(vertices), 3)))), slice(n, None)
+
+
+@pytest.mark.parametrize("groups", [True, False])
+def test_an_eyeball_is_white_with_an_iris_whether_named_or_not(groups: bool) -> None:
+    rig, eye = with_eye(groups)
+    surface = surface_of(rig)
+    assert (surface.colours[eye] == COLOURS["eye"]).all()
+    assert (surface.colours[: eye.start] == COLOURS["skin"]).all()
+    ahead = surface.gaze[eye][np.argmax(rig.neutral.vertices[eye, 2])]
+    assert ahead[2] > 10 * np.hypot(ahead[0], ahead[1])
+    assert not surface.gaze[: eye.start].any()
+
+
+def test_a_mesh_split_along_a_seam_is_still_one_piece_with_shared_normals() -> None:
+    rig, eye = with_eye(groups=False)
+    copies = np.arange(eye.start, len(rig.neutral.vertices))
+    split = rig.neutral.triangles.copy()
+    on_eye = (split >= eye.start).all(axis=1)
+    half = on_eye & (rig.neutral.vertices[split, 1].mean(axis=1) > 0.03)
+    split[half] += len(copies)
+    vertices = np.concatenate([rig.neutral.vertices, rig.neutral.vertices[copies]])
+    again = surface_of(Rig(Mesh(vertices, split), Blendshapes(("a",), np.zeros((1, len(vertices), 3)))))
+    used = np.unique(split[on_eye])
+    assert (again.colours[used] == COLOURS["eye"]).all()
+    assert np.array_equal(again.same[-len(copies) :], again.same[copies])
+
+
+@pytest.mark.real
+@pytest.mark.parametrize("name", ["ict_head", "makehuman_adult"])
+def test_real_heads_have_two_eyes_teeth_and_a_tongue(data, name: str) -> None:  # type: ignore[no-untyped-def]
+    from mien.io.formats import read_rig
+
+    surface = surface_of(read_rig(data / "rigs" / f"{name}.glb"))
+    for part in ("eye", "teeth", "tongue", "skin"):
+        assert (surface.colours == COLOURS[part]).all(axis=1).any(), part
+    eyes = surface.gaze.any(axis=1)
+    assert eyes.sum() > 100
