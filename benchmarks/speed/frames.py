@@ -38,7 +38,8 @@ class Performance:
     def problem(self, sparsity: float, lower: float = -np.inf, upper: float = np.inf) -> LassoProblem:
         """Return Ribera et al. 2017, eq. 16, with µ = 0.3 and ν = `sparsity`."""
         gram = 2 / MARKERS * self.points @ self.points.T + 2 * PRIOR * self.bending
-        return LassoProblem(gram, sparsity / len(gram), lower, upper)
+        size = len(gram)
+        return LassoProblem(gram, np.full(size, sparsity / size), np.full(size, lower), np.full(size, upper))
 
     @property
     def projection(self) -> Floats:

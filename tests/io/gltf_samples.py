@@ -116,8 +116,8 @@ def skinned(animated: bool = True) -> Sample:
     """A skinned square with shapes on a bent arm of two joints under a scaled root, an unskinned eye beside it."""
     rng = np.random.default_rng(3)
     s = Sample()
-    joints = rng.integers(0, 2, (4, 4)).astype(np.uint8)
-    weights = rng.random((4, 4)).astype(np.float32)
+    joints = np.array([[0, 1, 0, 0], [1, 0, 0, 0], [1, 0, 0, 0], [0, 1, 0, 0]], np.uint8)
+    weights = np.pad(rng.random((4, 2)), ((0, 0), (0, 2))).astype(np.float32)
     weights /= weights.sum(1, keepdims=True)
     inverse = np.stack([matrix((0.1, -0.2, 0.3), turn(2, 0.4)), matrix((-1, 0.5, 0), turn(0, -0.3), (2, 2, 2))])
     attributes = {"JOINTS_0": s.array(joints), "WEIGHTS_0": s.array(weights)}

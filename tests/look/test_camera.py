@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from conftest import grid_rig
 
 from mien.core import Blendshapes, InputError, Mesh, Rig
 from mien.look.camera import Camera, face_points, frame_face
+from tests.conftest import grid_rig
 
 
 @pytest.mark.parametrize("view", ["front", "three-quarter", "side"])

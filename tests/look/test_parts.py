@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from conftest import grid_rig
-from test_raster import ball
 
 from mien.core import Blendshapes, Mesh, Rig
 from mien.look.parts import COLOURS, part_named, surface_of
+from tests.conftest import grid_rig
+from tests.look.solids import ball
 
 
 @pytest.mark.parametrize(

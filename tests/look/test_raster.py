@@ -11,6 +11,7 @@ from mien.core import InputError
 from mien.look.camera import Camera
 from mien.look.raster import Dots, render, vertex_normals
 from mien.look.shade import encoding, heat
+from tests.look.solids import ball
 
 AHEAD = Camera(np.array([0.0, 0.0, 10.0]), np.zeros(3), 2 * np.arctan(0.1))
 """Sees a square of 2 m at the origin's distance."""
@@ -19,13 +20,6 @@ AHEAD = Camera(np.array([0.0, 0.0, 10.0]), np.zeros(3), 2 * np.arctan(0.1))
 def square(half: float, z: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
     corners = np.array([[-half, -half, z], [half, -half, z], [half, half, z], [-half, half, z]])
     return corners, np.array([[0, 1, 2], [0, 2, 3]])
-
-
-def ball(n: int = 100, radius: float = 0.8) -> tuple[np.ndarray, np.ndarray]:
-    u, v = np.meshgrid(np.linspace(0, 2 * np.pi, n), np.linspace(0.01, np.pi - 0.01, n), indexing="ij")
-    points = radius * np.stack([np.sin(v) * np.sin(u), np.cos(v), np.sin(v) * np.cos(u)], axis=-1).reshape(-1, 3)
-    a = (np.arange(n - 1)[:, None] * n + np.arange(n - 1)).ravel()
-    return points, np.concatenate([np.stack([a, a + 1, a + n], 1), np.stack([a + 1, a + n + 1, a + n], 1)])
 
 
 def covered(picture: np.ndarray, empty: np.ndarray) -> np.ndarray:

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import grid_rig
 
 from mien.core import Clip, FileError, InputError
 from mien.look.movie import render_clip, sampled, write_movie
 from mien.look.portrait import Portrait, frame_clip, portrait
 from mien.look.sheet import Labelled, Row, contact_sheet, save_png, sheet, telling_frames
+from tests.conftest import grid_rig
 
 
 @pytest.fixture

@@ -4,6 +4,9 @@ The first pass finds what each sample sees; the second lights it.  So a sample i
 once however many triangles lie behind one another, and samples of one triangle within
 a pixel share their light: smooth edges cost little where triangles are large.  Depth
 is kept as 1/distance, which is linear on the picture and larger when nearer.
+
+The lights and colours of `shade` are compiled in, and the compiled code is cached until
+this file changes: after changing them there, save this file too.
 """
 
 from __future__ import annotations

@@ -22,7 +22,7 @@ Work = tuple[Floats, Ints, Ints, Floats, Ints]
 """Scratch of `newton`: factor, free set, free set of the factor, direction, and the size of the factor's set."""
 
 REPEATS = 3
-"""Sweeps over the active coordinates after each sweep over all: measured, fastest from weak to strong penalties."""
+"""Sweeps over the active coordinates after each sweep over all: fewer suit strong penalties, more suit weak ones."""
 
 PATIENCE = 4
 """Rounds with one Newton step each, which is faster; later rounds go on to the minimum of a face, which is certain."""

@@ -18,7 +18,7 @@ from mien.io.gltf.meshes import shape_names
 from mien.io.gltf.rig import Character, character
 from mien.io.gltf.scene import Scene, rest_parts
 from mien.io.gltf.skinning import STILL
-from mien.io.gltf.tracks import JITTER, Track, frame_rate, read_track
+from mien.io.gltf.tracks import JITTER, Track, frame_rate, read_track, rounding
 from mien.io.gltf.transforms import composed
 
 KINDS = {"translation": ("VEC3", 3), "rotation": ("VEC4", 4), "scale": ("VEC3", 3)}
@@ -135,7 +135,7 @@ def _times(path: Path, tracks: Tracks, fps: float, width: int) -> Floats:
     width += sum(track.values.shape[1] for track in tracks.all)
     first = min(float(track.times[0]) for track in tracks.all)
     last = max(float(track.times[-1]) for track in tracks.all)
-    frames = (last - first) * fps + 1 + JITTER
+    frames = (last - first + rounding(np.array([last]))) * fps + 1 + JITTER
     if not frames * width < MOST_VALUES:
         raise FileError(f"{path}: an animation of {last - first:g} s is too long to sample {fps:g} times a second.")
     return first + np.arange(int(frames)) / fps

@@ -19,7 +19,7 @@ SLOWEST = 12.0
 """Evenly spaced keys further apart than this [1/s] are key poses, not frames."""
 
 JITTER = 2e-3
-"""How far [frames] a time may be from a key and still mean it: single precision after an hour of film."""
+"""How far [frames] a time may be from a key and still mean it, besides the rounding of single precision."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +61,7 @@ class Track:
         near = self.times[np.minimum(right, len(self.times) - 1)]
         before = self.times[right - 1]
         near = np.where(np.abs(before - times) < np.abs(near - times), before, near)
-        return np.where(np.abs(near - times) * fps < JITTER, near, times)
+        return np.where(np.abs(near - times) < JITTER / fps + rounding(self.times), near, times)
 
 
 def _hermite(a: Floats, b: Floats, leaving: Floats, arriving: Floats, u: Floats) -> Floats:
@@ -105,13 +105,18 @@ def read_track(document: Document, sampler: Fields, kind: str, width: int) -> Tr
     return Track(times, values, tangents, interpolation, spherical)
 
 
+def rounding(times: Floats) -> float:
+    """Return how far single precision may put the last of these times off [s]."""
+    return float(np.spacing(np.float32(np.abs(times[-1]))))
+
+
 def frame_rate(tracks: list[Track]) -> float:
     """Return the frame rate that the key times were recorded at, 30 where they do not tell."""
     times = np.unique(np.round(np.concatenate([track.times for track in tracks]), 5))
     if len(times) < 2:
         return USUAL_RATES[0]
     mean = (times[-1] - times[0]) / (len(times) - 1)
-    if np.abs(np.diff(times) - mean).max() < 0.02 * mean and mean <= 1 / SLOWEST:
+    if np.abs(np.diff(times) - mean).max() < 0.02 * mean + 2 * rounding(times) and mean <= 1 / SLOWEST:
         return _exact(float(1 / mean))
     for rate in USUAL_RATES:
         frames = (times - times[0]) * rate
