@@ -29,9 +29,10 @@ def take(rng: np.random.Generator, frames: int = 200) -> Markers:
 
 
 def test_the_neutral_is_where_the_take_dwells(rng: np.random.Generator) -> None:
-    found = find_neutral(take(rng))
-    assert found.frame is not None
-    assert 60 <= found.frame < 140
+    markers = take(rng)
+    found = find_neutral(markers)
+    still, _ = learn_stabiliser(found.points, markers.points[60:140])(markers.points[60:140])
+    assert np.abs(still[:, 4:] - found.points[4:]).max() < 0.002
     assert found.dwell > 0.3
 
 

@@ -28,6 +28,8 @@ from mien.geometry.tps import fit_thin_plate
 
 SEAM_RATIO = 1.8
 """Two landmarks face each other over a seam if the way along the skin is longer by this factor."""
+SEAM_DETOUR = 0.12
+"""… the way along is longer by this share of the face's radius (an edge path zigzags over short distances)"""
 SEAM_REACH = 0.35
 """… and they are nearer in space than this share of the face's radius."""
 SIDE_REACH = 0.5
@@ -43,11 +45,13 @@ class ActorPoints:
     Attributes:
         positions: `(M, 3)` on the actor's neutral face.
         to_landmarks: `(M, L)` distances to the landmarks: along the skin if there is a mesh.
+        landmark: `(M,)` the landmark a point is, -1 for none; such points need no search.
         normals: `(M, 3)` outward normals, or None for markers without a surface.
     """
 
     positions: Floats
     to_landmarks: Floats
+    landmark: Ints
     normals: Floats | None = None
 
 
@@ -106,21 +110,25 @@ def place(actor: ActorPoints, actor_landmarks: Floats, target: Mesh, target_land
 
     corners, weights = points.corners.copy(), points.weights.copy()
     aside, lost = [], []
-    for i in range(len(warped)):
+    for i in np.flatnonzero(actor.landmark < 0):
         ok = passing(i)
         if ok[where[i]]:
             continue
         if not ok.any():
-            lost.append(i)
+            lost.append(int(i))
             continue
         near, d, _ = closest_points(target.vertices, target.triangles[ok], warped[i : i + 1])
         if d[0] > distance[i] + 0.5 * radius:
-            lost.append(i)
+            lost.append(int(i))
             continue
         corners[i], weights[i], distance[i] = near.corners[0], near.weights[0], d[0]
-        aside.append(i)
+        aside.append(int(i))
     confidence = np.exp(-((distance / (0.1 * radius)) ** 2))
     confidence[lost] = 0
+    known = np.flatnonzero(actor.landmark >= 0)
+    corners[known] = target_landmarks.corners[actor.landmark[known]]
+    weights[known] = target_landmarks.weights[actor.landmark[known]]
+    confidence[known] = 1
     return Placement(SurfacePoints(corners, weights), confidence, tuple(aside), tuple(lost))
 
 
@@ -134,6 +142,7 @@ def seam_pairs(landmarks: Floats, along: Floats, radius: float) -> Ints:
     """
     apart = cdist(landmarks, landmarks)
     faces = (apart < SEAM_REACH * radius) & (along > SEAM_RATIO * apart) & np.isfinite(along)
+    faces &= along - apart > SEAM_DETOUR * radius
     return np.argwhere(np.triu(faces, 1))
 
 
@@ -157,7 +166,8 @@ def _nearest_corner(points: SurfacePoints) -> Ints:
 
 def marker_points(markers: Floats, landmarks: Floats) -> ActorPoints:
     """Describe captured markers `(M, 3)` beside the actor's landmarks `(L, 3)`."""
-    return ActorPoints(markers, cdist(markers, landmarks))
+    apart = cdist(markers, landmarks)
+    return ActorPoints(markers, apart, _which_landmark(apart))
 
 
 def mesh_points(mesh: Mesh, points: SurfacePoints, landmarks: SurfacePoints) -> ActorPoints:
@@ -166,7 +176,13 @@ def mesh_points(mesh: Mesh, points: SurfacePoints, landmarks: SurfacePoints) -> 
     normals = vertex_normals(mesh.vertices, mesh.triangles)
     flat = np.where(np.isfinite(along), along, 1e6 * face_radius(mesh.vertices))
     to_landmarks = np.einsum("lmi,mi->ml", flat[:, points.corners], points.weights)
-    return ActorPoints(points.of(mesh.vertices), to_landmarks, unit(points.of(normals)))
+    placed = points.of(mesh.vertices)
+    which = _which_landmark(cdist(placed, landmarks.of(mesh.vertices)))
+    return ActorPoints(placed, to_landmarks, which, unit(points.of(normals)))
+
+
+def _which_landmark(apart: Floats) -> Ints:
+    return np.where(apart.min(axis=1) == 0, apart.argmin(axis=1), -1)
 
 
 def spread_points(mesh: Mesh, landmarks: SurfacePoints, count: int) -> SurfacePoints:

@@ -97,8 +97,7 @@ def _from_markers(
     placed_source = np.stack([source[name] for name in shared])
     placed_target = join([target[name] for name in shared])
     result = place(marker_points(rest, placed_source), placed_source, character.neutral, placed_target)
-    points = _snapped(result.points, rest, placed_source, placed_target)
-    return Correspondence(markers.names, points, None, result.confidence), _notes(result, markers.names)
+    return Correspondence(markers.names, result.points, None, result.confidence), _notes(result, markers.names)
 
 
 def _from_mesh(
@@ -115,22 +114,10 @@ def _from_mesh(
     points = spread_points(actor.neutral, mine, count)
     placed = mine.of(actor.neutral.vertices)
     result = place(mesh_points(actor.neutral, points, mine), placed, character.neutral, theirs)
-    kept = min(count, len(shared))
-    corners, weights = result.points.corners.copy(), result.points.weights.copy()
-    corners[:kept], weights[:kept] = theirs.corners[:kept], theirs.weights[:kept]  # landmarks are exact by definition
-    names = tuple(shared[:kept]) + tuple(f"point_{i}" for i in range(kept, len(points)))
-    pairs = Correspondence(names, SurfacePoints(corners, weights), points, result.confidence)
+    names = tuple(shared[:count]) + tuple(f"point_{i}" for i in range(len(shared), count))
+    pairs = Correspondence(names, result.points, points, result.confidence)
     keep = _apart(pairs.target.of(character.neutral.vertices)) & (np.asarray(pairs.confidence) > 0)
     return pairs.take(np.flatnonzero(keep)), _notes(result, names)
-
-
-def _snapped(points: SurfacePoints, markers: Floats, landmarks: Floats, targets: SurfacePoints) -> SurfacePoints:
-    """Put markers that are landmarks exactly on the character's landmarks."""
-    corners, weights = points.corners.copy(), points.weights.copy()
-    for i, position in enumerate(landmarks):
-        same = np.flatnonzero((markers == position).all(axis=1))
-        corners[same], weights[same] = targets.corners[i], targets.weights[i]
-    return SurfacePoints(corners, weights)
 
 
 def _apart(points: Floats) -> np.ndarray:

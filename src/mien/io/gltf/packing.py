@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mien.core import FileError
+from mien.core import FileError, InputError
 from mien.io.gltf.container import MESHOPT, Document, resource, save
 from mien.io.gltf.fields import Fields
 
@@ -54,15 +54,18 @@ class Packing:
             dtype: how they are stored, e.g. `<f4`.
             target: what the graphics card uses them for.
             bounds: whether to state their minimum and maximum.
+
+        Raises:
+            InputError: a number is too large for single precision.
         """
-        stored = np.ascontiguousarray(values, dtype=dtype)
+        stored = _stored(values, dtype)
         accessor = self._described(stored, bounds)
         accessor["bufferView"] = self.view(stored.tobytes(), target)
         return self.add("accessors", accessor)
 
     def sparse(self, values: ArrayLike, dtype: str) -> int:
         """Append numbers that are mostly zero, storing the rows that are not, if that is smaller."""
-        stored = np.ascontiguousarray(values, dtype=dtype)
+        stored = _stored(values, dtype)
         rows = np.flatnonzero(stored.any(axis=1))
         row_size = stored.itemsize * stored.shape[1]
         if len(rows) * (row_size + 4) > stored.nbytes:
@@ -137,6 +140,14 @@ class Packing:
         del image.values["uri"]
         image.values.setdefault("mimeType", kind)
         image.values["bufferView"] = self.view(content)
+
+
+def _stored(values: ArrayLike, dtype: str) -> NDArray[Any]:
+    with np.errstate(over="ignore"):
+        stored = np.ascontiguousarray(values, dtype=dtype)
+    if stored.dtype.kind == "f" and not np.isfinite(stored).all():
+        raise InputError("a number is too large to be written to glTF, which stores single precision.")
+    return stored
 
 
 def _redirect(reference: Fields, moved: dict[int, tuple[int, int]]) -> None:

@@ -13,6 +13,9 @@ from mien.io.gltf.container import Document
 from mien.io.gltf.fields import Fields
 from mien.io.gltf.transforms import composed, decomposed
 
+LARGEST = 1e30
+"""Transforms beyond this cannot be stored in single precision, as glTF does."""
+
 
 @dataclass(frozen=True, eq=False)
 class Scene:
@@ -113,7 +116,7 @@ def read_scene(document: Document) -> Scene:
     for node in everything:
         if parents[node] >= 0:
             world[node] = world[parents[node]] @ local[node]
-    if not np.isfinite(world).all():
+    if not (np.abs([local, world]) < LARGEST).all():
         raise FileError(f"{document.path} is damaged: its node transforms overflow. Export it again.")
     shown = frozenset(_descended(scene_roots(document, parents), children))
     return Scene(nodes, tuple(parents), tuple(everything), shown, local, world)

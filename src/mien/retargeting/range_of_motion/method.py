@@ -132,8 +132,12 @@ class RangeOfMotion:
             Balance(self.mesh, self.cross),
         )
         solution = solve_sylvester(problem.left, problem.right, problem.load, problem.guess)
-        kept = Similarity(alike.correlation, alike.trust, enhanced, alike.between)
-        return Alignment(kept, Keys(frames[chosen], keys.cumulative), shapes, guess, solution.P, solution.residual)
+        count = len(prepared.take)
+        kept = Similarity(
+            _over_take(alike.correlation, frames, count), alike.trust, _over_take(enhanced, frames, count), alike.between
+        )
+        found = Keys(frames[chosen], _over_take(keys.cumulative, frames, count))
+        return Alignment(kept, found, shapes, guess, solution.P, solution.residual)
 
 
 def marker_laplacian(neutral: Floats) -> sparse.csr_matrix:
@@ -167,6 +171,13 @@ UNSEEN_CM = 0.02
 """A shape that moves no paired point by this much cannot be told from noise."""
 WEAK_EVIDENCE = 0.3
 """Below this correlation no frame of the take looks like the shape."""
+
+
+def _over_take(values: Floats, frames: Ints, count: int) -> Floats:
+    """Spread columns over all frames of the take; 0 where a marker was missing."""
+    spread = np.zeros((*values.shape[:-1], count))
+    spread[..., frames] = values
+    return spread
 
 
 def _strongest(weights: Floats, keep: float) -> Floats:
