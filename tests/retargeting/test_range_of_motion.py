@@ -152,7 +152,7 @@ def test_an_actor_with_a_larger_range_gets_larger_shapes() -> None:
     rig = face()
     points = points_on(rig)
     small, large = (
-        RangeOfMotion().fit(
+        RangeOfMotion(mesh=0.01, cross=0.1, keep=0.0).fit(
             rig, capture(rig, weights() * strength, points), pairs_of(points), neutral=at_rest(rig, points), head_moves=False
         )
         for strength in (0.7, 1.4)

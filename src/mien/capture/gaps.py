@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
 from mien.core import Markers, Note
 
@@ -21,6 +20,10 @@ def fill_gaps(markers: Markers, longest: float = LONGEST_BRIDGE_S) -> Markers:
     Returns:
         The markers, with a note that counts the samples bridged and those still missing.
     """
+    if markers.seen.all():
+        return markers
+    from scipy.interpolate import PchipInterpolator  # slow to import, and not every take needs it
+
     points = markers.points.copy()
     limit = int(round(longest * markers.fps))
     bridged, left = 0, {}

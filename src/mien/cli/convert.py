@@ -13,6 +13,7 @@ def convert(
     output: Annotated[Path, typer.Argument(help="Where to write: .csv or .npz.")],
     to: Annotated[Optional[str], typer.Option(help="Vocabulary of the names: arkit.")] = None,
     csv_format: Annotated[str, typer.Option(help="weights, or livelink for the Live Link Face layout.")] = "weights",
+    json: Annotated[bool, typer.Option("--json", help="Print what was written as JSON.")] = False,
     quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Print nothing but errors.")] = False,
 ) -> None:
     """Convert animation between files, and shape names between vocabularies.
@@ -23,12 +24,17 @@ def convert(
 
       mien convert studio.csv phone.csv --to arkit --csv-format livelink
     """
-    from mien.cli.say import console, print_notes
+    from mien.cli.say import console, print_json, print_notes
     from mien.io.formats import read_clip, write_clip
     from mien.job.convert import renamed
+    from mien.job.outputs import check_outputs
 
+    check_outputs([output], [source], csv_format=csv_format)
     clip, notes = renamed(read_clip(source), to)
     write_clip(output, clip, to=csv_format if output.suffix.lower() == ".csv" else None)
-    if not quiet:
+    notes = (*clip.notes, *notes)
+    if json:
+        print_json({"frames": len(clip), "channels": list(clip.names), "warnings": [vars(note) for note in notes]})
+    elif not quiet:
         console().print(f"{len(clip)} frames, {len(clip.names)} channels\nwrote {output}")
-        print_notes((*clip.notes, *notes))
+        print_notes(notes)

@@ -11,6 +11,7 @@ import typer
 def demo(
     out: Annotated[Path, typer.Option(help="Folder for the results; made if it does not exist.")] = Path("demo"),
     film: Annotated[bool, typer.Option(help="Also film the result (a few seconds more).")] = True,
+    json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
     quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Print nothing but errors.")] = False,
 ) -> None:
     """Put the built-in actor's capture onto the built-in cartoon, and say where to look.
@@ -21,32 +22,36 @@ def demo(
 
       mien demo --out /tmp/demo --no-film
     """
-    from mien.cli.say import console, counted, print_notes, stages
+    from mien.cli.say import console, counted, print_json, print_notes, stages
+    from mien.core import FileError
     from mien.job import demo as job
-    from mien.job.account import write_report
+    from mien.job.outputs import write_outputs
     from mien.job.picture import picture
-    from mien.job.retarget import run, write_outputs
+    from mien.job.retarget import run
 
-    out.mkdir(parents=True, exist_ok=True)
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FileError(f"cannot make the folder {out}: {error.strerror}.") from None
     with stages(quiet) as stage:
         stage("building the actor and the character")
         request = job.prepare(out)
         result = run(request, stage)
         stage("write")
         animated, weights, page, sheet = (out / name for name in ("animated.glb", "weights.csv", "report.html", "sheet.png"))
-        write_outputs(result, [animated, weights])
-        stage("report")
-        write_report(page, result)
+        write_outputs(result, [animated, weights], report=page)
         picture(animated, sheet)
     written = [page, sheet, animated, weights]
     if film:
         with counted(quiet, "filming") as progress:
             picture(animated, out / "film.mp4", progress=progress)
         written.insert(2, out / "film.mp4")
-    if quiet:
+    account = result.report.as_json()
+    if json:
+        print_json(account)
+    if json or quiet:
         return
     show = console()
-    account = result.report.as_json()
     show.print(f"{len(result.clip)} frames: fit {account['fit']['rms_mm']:.2f} mm, gain {account['gain']:.2f}")
     print_notes(result.report.notes)
     show.print("\nThe same with files of your own:")

@@ -16,7 +16,7 @@ def pairs(
         Optional[tuple[Path, Path]], typer.Option(help="Landmarks of both sides; files beside them if not given.", metavar="SOURCE TARGET")
     ] = None,
     count: Annotated[int, typer.Option(min=4, help="How many pairs to make between meshes.")] = 99,
-    neutral: Annotated[Optional[str], typer.Option(help="Frame number of the actor's neutral, for markers.")] = None,
+    neutral: Annotated[Optional[int], typer.Option(min=0, help="Frame number of the actor's neutral, for markers.")] = None,
     json: Annotated[bool, typer.Option("--json", help="Print what was made as JSON.")] = False,
     quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Print nothing but errors.")] = False,
 ) -> None:
@@ -31,14 +31,16 @@ def pairs(
     from mien.cli.say import console, print_json, print_notes, stages
     from mien.io.documents import write_pairs
     from mien.io.formats import read_rig
+    from mien.job.outputs import check_place
     from mien.job.pairs import find_pairs
     from mien.job.performance import load_source
 
+    check_place(output, [source, target, *(landmarks or ())], (".json",), "pairs")
     with stages(quiet) as stage:
         stage("read")
         side, character = load_source(source), read_rig(target)
         stage("pair")
-        found, notes = find_pairs(side, character, landmarks=landmarks, count=count, neutral=neutral)
+        found, notes = find_pairs(side, character, landmarks=landmarks, count=count, neutral=None if neutral is None else str(neutral))
         write_pairs(output, found, character.neutral, side.actor.neutral if side.actor else None)
     if json:
         print_json({"pairs": len(found), "warnings": [vars(note) for note in notes]})

@@ -17,6 +17,7 @@ def render(
     frames: Annotated[Optional[str], typer.Option(help="Frames of the sheet, e.g. 0,120,300; telling ones if not given.")] = None,
     count: Annotated[int, typer.Option(min=1, max=200, help="How many frames to pick for a sheet.")] = 12,
     fps: Annotated[Optional[float], typer.Option(help="Frames per second of the film; at most 30 if not given.")] = None,
+    json: Annotated[bool, typer.Option("--json", help="Print what was written as JSON.")] = False,
     quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Print nothing but errors.")] = False,
 ) -> None:
     """Picture a FILE: a sheet of telling frames, or a film.
@@ -29,9 +30,11 @@ def render(
 
       mien render hero.glb --clip weights.csv -o film.mp4 --view three-quarter
     """
-    from mien.cli.say import console, counted
-    from mien.job.picture import picture
+    from mien.cli.say import console, counted, print_json
+    from mien.job.outputs import check_place
+    from mien.job.picture import PICTURES, picture
 
+    check_place(output, [file, *([clip] if clip else [])], PICTURES, "pictures")
     chosen = None
     if frames is not None:
         try:
@@ -40,5 +43,7 @@ def render(
             raise typer.BadParameter(f"{frames!r} is not a list of frame numbers.", param_hint="--frames") from None
     with counted(quiet, "rendering") as progress:
         picture(file, output, clip=clip, view=view, size=size, frames=chosen, count=count, fps=fps, progress=progress)
-    if not quiet:
+    if json:
+        print_json({"written": [str(output)]})
+    elif not quiet:
         console().print(f"wrote {output}")

@@ -50,7 +50,8 @@ def retarget(
     """
     from mien.cli.parse import assignments, pair_names, prior_weights
     from mien.cli.say import print_json, stages
-    from mien.job import retarget as job
+    from mien.job.outputs import check_outputs, inputs_of, write_outputs
+    from mien.job.retarget import Request, run
 
     settings = assignments(set_ or [])
     settings |= prior_weights(prior or [])
@@ -61,19 +62,14 @@ def retarget(
         "symmetric": pair_names(symmetric or [], "--symmetric") or None,
     }
     settings |= {key: value for key, value in given.items() if value is not None}
-    request = job.Request(
+    request = Request(
         performance, character, method, actor, training, neutral, pairs, landmarks, count, examples, tuple(rigid or ()), head, settings
     )
-    job.check_outputs(output)
+    check_outputs(output, inputs_of(request), report=report, csv_format=csv_format)
     with stages(quiet) as stage:
-        result = job.run(request, stage)
+        result = run(request, stage)
         stage("write")
-        job.write_outputs(result, output, csv_format)
-        if report is not None:
-            from mien.job.account import write_report
-
-            stage("report")
-            write_report(report, result)
+        write_outputs(result, output, csv_format, report)
     if json:
         print_json(result.report.as_json())
     elif not quiet:
@@ -89,7 +85,8 @@ def _summary(result: object, written: list[Path]) -> None:
     out = console()
     out.print(f"{len(result.clip)} frames at {result.clip.fps:g} fps, {len(result.clip.names)} shapes, method {account['method']}")
     if account["fit"]["rms_mm"] is not None:
-        out.print(f"fit {account['fit']['rms_mm']:.2f} mm (worst frame {account['fit']['max_mm']:.2f}), gain {account['gain']:.2f}")
+        gain = f", gain {account['gain']:.2f}" if account["gain"] is not None else ""
+        out.print(f"fit {account['fit']['rms_mm']:.2f} mm (worst frame {account['fit']['max_mm']:.2f}){gain}")
     if account.get("neutral_frame") is not None:
         out.print(f"the actor's neutral is frame {account['neutral_frame']}")
     print_notes(result.report.notes)

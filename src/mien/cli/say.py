@@ -10,6 +10,7 @@ from typing import Any
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TaskProgressColumn, TextColumn, TimeElapsedColumn
+from rich.text import Text
 
 from mien.core.errors import Note
 
@@ -21,15 +22,15 @@ def print_json(document: Any) -> None:
 
 
 def console(*, error: bool = False) -> Console:
-    """Return where to print: stdout for results, stderr for remarks."""
-    return Console(stderr=error, highlight=False, soft_wrap=True)
+    """Return where to print: stdout for results, stderr for remarks.  Names from files are printed as they are."""
+    return Console(stderr=error, highlight=False, soft_wrap=True, markup=False)
 
 
 def print_notes(notes: tuple[Note, ...]) -> None:
     """Print what was repaired or left out, one line each."""
     out = console(error=True)
     for note in notes:
-        out.print(f"  [yellow]·[/yellow] {_plain(note.message)} [dim]({_plain(note.code)})[/dim]")
+        out.print(Text.assemble(("  · ", "yellow"), note.message, (f" ({note.code})", "dim")))
 
 
 @contextmanager
@@ -52,7 +53,3 @@ def counted(quiet: bool, what: str) -> Iterator[Callable[[int, int], None]]:
     with Progress(TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn(), console=console(error=True)) as bar:
         task = bar.add_task(what, total=None)
         yield lambda done, total: bar.update(task, completed=done, total=total)
-
-
-def _plain(text: str) -> str:
-    return text.replace("[", "\\[")

@@ -52,7 +52,8 @@ class Note:
 def unknown(what: str, name: str, known: Iterable[str]) -> str:
     """Say that a name is unknown, with the closest known ones first."""
     names = list(known)
-    close = get_close_matches(name, names, n=3, cutoff=0.6)
+    spelled = {known_name.lower(): known_name for known_name in names}
+    close = [spelled[match] for match in get_close_matches(name.lower(), list(spelled), n=3, cutoff=0.6)]
     hint = f" Did you mean {', '.join(map(repr, close))}?" if close else ""
     listed = ", ".join(names[:40]) + (f" … ({len(names)} in all)" if len(names) > 40 else "")
     return f"unknown {what} {name!r}.{hint} Known: {listed or 'none'}."

@@ -98,8 +98,9 @@ def rigid(source: Floats, target: Floats, weights: Floats) -> Floats:
     """
     w = weights / np.maximum(weights.sum(axis=1, keepdims=True), 1e-300)
     centre_s = w @ source
-    centre_t = np.einsum("fm,fmc->fc", w, target)
-    moment = np.einsum("fm,fma,mb->fab", w, target - centre_t[:, None], source, optimize=True)
+    weighted = w[..., None] * target
+    centre_t = weighted.sum(axis=1)
+    moment = np.swapaxes(weighted - w[..., None] * centre_t[:, None], 1, 2) @ source
     left, _, right = np.linalg.svd(moment)
     flip = np.ones((len(target), 3))
     flip[:, 2] = np.sign(np.linalg.det(left @ right))

@@ -17,6 +17,9 @@ from mien.core.errors import unknown
 from mien.geometry.surface import closest_points
 from mien.io.files import read_text, written_whole
 
+LAST_FRAME = 2**53
+"""Beyond it a whole number in a text file is not exact."""
+
 Spot = Mapping[str, Any]
 """A place in a file's own words: a vertex, a triangle with barycentric weights, a position or a marker."""
 
@@ -33,7 +36,7 @@ def read_landmarks(path: Path) -> dict[str, Spot]:
         raise FileError(f'{path} names no landmarks; give {{"landmarks": {{"chin_tip": {{"vertex": 123}}, …}}}}.')
     for name, spot in landmarks.items():
         if not isinstance(spot, dict) or not {"vertex", "triangle", "position", "marker"} & set(spot):
-            raise FileError(f"{path}: landmark {name!r} needs a vertex, a triangle, a position or a marker, but is {spot!r}.")
+            raise FileError(f"{path}: landmark {name!r} needs a vertex, a triangle, a position or a marker, but is {_short(spot)}.")
     return landmarks
 
 
@@ -72,7 +75,7 @@ def landmarks_on_markers(spots: Mapping[str, Spot], markers: Markers, neutral: F
         else:
             raise FileError(
                 f"{path}: landmark {name!r} is a spot on a mesh, but the performance is markers; "
-                'name the marker there: {"marker": "…"}.'
+                'name the marker there, {"marker": "…"}, or exchange the two landmark files if they are in the wrong order.'
             )
     return found
 
@@ -97,7 +100,7 @@ def read_pairs(path: Path, target: Mesh, markers: Sequence[str] | None = None, s
     for number, row in enumerate(rows):
         where = f"{path}: pair {number}"
         if not isinstance(row, dict) or "source" not in row or "target" not in row:
-            raise FileError(f"{where} needs a source and a target, but is {row!r}.")
+            raise FileError(f"{where} needs a source and a target, but is {_short(row)}.")
         spot = row["source"]
         if source is None:
             if spot not in (markers or ()):
@@ -110,12 +113,11 @@ def read_pairs(path: Path, target: Mesh, markers: Sequence[str] | None = None, s
     repeated = sorted({n for n in names if names.count(n) > 1})
     if repeated:
         raise FileError(f"{path} pairs {', '.join(map(repr, repeated[:5]))} more than once; keep one pair of each.")
-    return Correspondence(
-        tuple(names),
-        join(target_spots),
-        join(source_spots) if source_spots else None,
-        _numbers(confidence, len(names), f"{path}: the confidences"),
-    )
+    certain = _numbers(confidence, len(names), f"{path}: the confidences")
+    if (certain < 0).any() or (certain > 1).any():
+        wrong = int(np.argmax((certain < 0) | (certain > 1)))
+        raise FileError(f"{path}: pair {wrong} has the confidence {certain[wrong]:g}; it must be between 0 and 1.")
+    return Correspondence(tuple(names), join(target_spots), join(source_spots) if source_spots else None, certain)
 
 
 def write_pairs(path: Path, pairs: Correspondence, target: Mesh, source: Mesh | None = None) -> None:
@@ -140,28 +142,19 @@ def read_examples(path: Path) -> Examples:
     Raises:
         FileError: no frame column, or a cell that is not a number.
     """
-    text = read_text(path)
-    if path.suffix.lower() == ".json":
-        document = _document(path, "mien-examples")
-        rows = document.get("examples", [])
-        if not isinstance(rows, list) or not all(isinstance(r, dict) and "frame" in r for r in rows):
-            raise FileError(f'{path}: each example needs a frame, as in {{"frame": 120, "jawOpen": 1}}.')
-        names = list(dict.fromkeys(key for row in rows for key in row if key != "frame"))
-        cells = [[row["frame"], *(row.get(name) for name in names)] for row in rows]
-    else:
-        table = list(csv.reader(io.StringIO(text)))
-        if not table or "frame" not in table[0]:
-            raise FileError(f"{path} has no column named 'frame'; its first line is {','.join(table[0])[:120] if table else ''!r}.")
-        at = table[0].index("frame")
-        names = [n for i, n in enumerate(table[0]) if i not in (at, _index_of(table[0], "time"))]
-        keep = [at, *(table[0].index(n) for n in names)]
-        cells = [[row[i] if i < len(row) else "" for i in keep] for row in table[1:] if row]
-    if not cells:
-        raise FileError(f"{path} labels no frame.")
+    names, cells = _json_examples(path) if path.suffix.lower() == ".json" else _csv_examples(path)
+    if not cells or not names:
+        raise FileError(f"{path} labels no {'frame' if names else 'parameter'}.")
     values = np.array([[_number(c, f"{path}, example {i}") for c in row] for i, row in enumerate(cells)])
-    if np.isnan(values[:, 0]).any() or (values[:, 0] % 1 != 0).any() or (values[:, 0] < 0).any():
+    frames = values[:, 0]
+    if not ((frames >= 0) & (frames <= LAST_FRAME) & (np.floor(frames) == frames)).all():
         raise FileError(f"{path}: frames must be whole numbers from 0.")
-    return Examples(values[:, 0].astype(np.int64), tuple(names), values[:, 1:])
+    if len(np.unique(frames)) < len(frames):
+        raise FileError(f"{path} labels a frame more than once; give each frame one row.")
+    try:
+        return Examples(frames.astype(np.int64), tuple(names), values[:, 1:])
+    except InputError as error:
+        raise FileError(f"{path}: {error}") from None
 
 
 def join(points: Sequence[SurfacePoints]) -> SurfacePoints:
@@ -169,11 +162,33 @@ def join(points: Sequence[SurfacePoints]) -> SurfacePoints:
     return SurfacePoints(np.vstack([p.corners for p in points]), np.vstack([p.weights for p in points]))
 
 
+def _json_examples(path: Path) -> tuple[list[str], list[list[Any]]]:
+    """Return the parameters' names, and per example its frame and parameters as the file has them."""
+    rows = _document(path, "mien-examples").get("examples", [])
+    if not isinstance(rows, list) or not all(isinstance(r, dict) and "frame" in r for r in rows):
+        raise FileError(f'{path}: each example needs a frame, as in {{"frame": 120, "jawOpen": 1}}.')
+    names = list(dict.fromkeys(key for row in rows for key in row if key != "frame"))
+    return names, [[row["frame"], *(row.get(name) for name in names)] for row in rows]
+
+
+def _csv_examples(path: Path) -> tuple[list[str], list[list[Any]]]:
+    try:
+        header, *rows = list(csv.reader(io.StringIO(read_text(path)))) or [[]]
+    except csv.Error as error:
+        raise FileError(f"{path} is not comma-separated text: {error}.") from None
+    columns = [name.strip() for name in header]
+    if "frame" not in columns:
+        raise FileError(f"{path} has no column named 'frame'; its first line is {','.join(header)[:120]!r}.")
+    at = columns.index("frame")
+    keep = [i for i, name in enumerate(columns) if i != at and name not in ("", "time")]
+    return [columns[i] for i in keep], [[row[i] if i < len(row) else "" for i in (at, *keep)] for row in rows if row]
+
+
 def _document(path: Path, format_name: str) -> dict[str, Any]:
     try:
         document = json.loads(read_text(path))
-    except (json.JSONDecodeError, RecursionError) as error:
-        raise FileError(f"{path} is not valid JSON: {error}.") from None
+    except (ValueError, RecursionError) as error:  # ValueError: also numbers of thousands of digits
+        raise FileError(f"{path} is not valid JSON: {str(error).rstrip('.')}.") from None
     if not isinstance(document, dict) or document.get("format", format_name) != format_name:
         found = document.get("format") if isinstance(document, dict) else type(document).__name__
         raise FileError(f"{path} is {found!r}; a {format_name!r} file is needed here.")
@@ -189,29 +204,36 @@ def _spot(value: Any, mesh_name: str | None = None) -> Spot:
 
 def _on_mesh(spot: Spot, mesh: Mesh, where: str) -> SurfacePoints:
     if not isinstance(spot, Mapping):
-        raise FileError(f"{where} must be a vertex number or a triangle with barycentric weights, but is {spot!r}.")
+        raise FileError(f"{where} must be a vertex number or a triangle with barycentric weights, but is {_short(spot)}.")
     if "vertex" in spot:
         members = _part(mesh, spot.get("mesh"), where)
         vertex = _whole(spot["vertex"], len(members), f"{where}: vertex")
         return SurfacePoints.at_vertices(members[[vertex]])
     if "triangle" in spot:
-        row = _whole(spot["triangle"], len(mesh.triangles), f"{where}: triangle")
+        members = _part(mesh, spot.get("mesh"), where)
+        triangles = mesh.triangles[np.isin(mesh.triangles, members).all(axis=1)]
+        row = _whole(spot["triangle"], len(triangles), f"{where}: triangle")
         weights = _numbers(spot.get("barycentric", [1 / 3] * 3), 3, f"{where}: barycentric weights")
+        if (weights < 0).any():
+            raise FileError(f"{where}: barycentric weights must not be negative, but are {weights.tolist()}.")
         try:
-            return SurfacePoints(mesh.triangles[[row]], weights[None])
+            return SurfacePoints(triangles[[row]], weights[None])
         except InputError as error:
             raise FileError(f"{where}: {error}") from None
     if "position" in spot:
         position = _numbers(spot["position"], 3, f"{where}: position")
         return closest_points(mesh.vertices, mesh.triangles, position[None])[0]
-    raise FileError(f"{where} names a marker, but this is a mesh; give a vertex, a triangle or a position.")
+    raise FileError(
+        f"{where} names a marker, but is to be found on a mesh: give a vertex, a triangle or a position, "
+        "or exchange the two landmark files if they are in the wrong order."
+    )
 
 
-def _part(mesh: Mesh, name: str | None, where: str) -> Ints:
+def _part(mesh: Mesh, name: Any, where: str) -> Ints:
     if name is None:
         return np.arange(len(mesh.vertices))
-    if name not in mesh.groups:
-        raise FileError(f"{where}: {unknown('mesh', name, mesh.groups)}")
+    if not isinstance(name, str) or name not in mesh.groups:
+        raise FileError(f"{where}: {unknown('mesh', str(name), mesh.groups)}")
     return mesh.groups[name]
 
 
@@ -220,33 +242,41 @@ def _say(point: SurfacePoints, mesh: Mesh) -> Any:
     if weights.max() == 1:
         return int(corners[np.argmax(weights)])
     row = np.flatnonzero((mesh.triangles == corners).all(axis=1))
+    if not len(row):
+        raise InputError(f"a pair lies on the vertices {corners.tolist()}, which are no triangle of the mesh; it cannot be written.")
     return {"triangle": int(row[0]), "barycentric": [round(float(w), 9) for w in weights]}
 
 
 def _whole(value: Any, count: int, what: str) -> int:
     if not isinstance(value, int) or isinstance(value, bool) or not 0 <= value < count:
-        raise FileError(f"{what} {value!r} does not exist: the mesh has 0 … {count - 1}.")
+        raise FileError(f"{what} {_short(value)} does not exist: the mesh has 0 … {count - 1}.")
     return value
 
 
 def _numbers(values: Any, count: int, what: str) -> Floats:
-    try:
-        array = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        array = np.full(0, np.nan)
-    if array.shape != (count,) or not np.isfinite(array).all():
-        raise FileError(f"{what} must be {count} finite numbers, but are {values!r}.")
+    good = isinstance(values, list) and len(values) == count and all(_is_number(v) for v in values)
+    array = np.array(values if good else [], dtype=np.float64)
+    if not good or not np.isfinite(array).all():
+        raise FileError(f"{what} must be {count} finite numbers, but are {_short(values)}.")
     return array
+
+
+def _is_number(value: Any) -> bool:
+    """Whether a JSON value is a number that a float can hold (JSON's true and 1e5000-digit integers are not)."""
+    return isinstance(value, float) or (isinstance(value, int) and not isinstance(value, bool) and abs(value) < 2**63)
+
+
+def _short(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= 80 else text[:77] + "…"
 
 
 def _number(cell: Any, where: str) -> float:
     if cell is None or (isinstance(cell, str) and not cell.strip()):
         return float("nan")
-    try:
-        return float(cell)
-    except (TypeError, ValueError):
-        raise FileError(f"{where}: {cell!r} is not a number.") from None
-
-
-def _index_of(names: Sequence[str], name: str) -> int:
-    return names.index(name) if name in names else -1
+    if isinstance(cell, str):
+        try:
+            return float(cell)
+        except ValueError:
+            raise FileError(f"{where}: {_short(cell)} is not a number.") from None
+    return float(_numbers([cell], 1, where)[0])

@@ -12,6 +12,7 @@ from mien.core.arrays import Floats
 from mien.core.rig import Rig, no_blendshapes
 from mien.geometry.laplacian import triangulate_markers
 from mien.io.files import written_whole
+from mien.job.outputs import REPORTS
 from mien.job.retarget import Result
 from mien.look import plots
 from mien.look.page import Figure, Notes, Prose, Section, Table, page
@@ -34,10 +35,10 @@ def write_report(path: Path, result: Result) -> None:
     suffix = path.suffix.lower()
     if suffix == ".json":
         content = json.dumps(result.report.as_json(), indent=1, ensure_ascii=False)
-    elif suffix in (".html", ".htm"):
+    elif suffix in REPORTS:
         content = page(f"{result.performance.path.name} → {result.character.name}", sections(result))
     else:
-        raise FileError(f"cannot write {path}: a report is .html or .json.")
+        raise FileError(f"cannot write {path}: a report is written to {', '.join(REPORTS)}.")
     with written_whole(path) as temporary:
         temporary.write_text(content, encoding="utf-8")
 
@@ -181,7 +182,8 @@ def _personalised(retargeter: ShapeRetargeter, original: Floats, guess: Floats) 
     chosen = np.argsort(-size)[:SHOWN_SHAPES]
     neutral = retargeter.neutral / retargeter.centimetre @ turn / 100
     views = [shapes[chosen] @ turn / 100 for shapes in (original, guess, retargeter.shapes)]
-    figure = plots.sparse_blendshapes(neutral, [retargeter.names[k] for k in chosen], *views)
+    names = [retargeter.names[k] for k in chosen]
+    figure = plots.sparse_blendshapes(neutral, names, views[0], views[1], views[2])
     return Figure(
         plots.as_svg(figure),
         "The character's shape, its warp onto the actor, and the actor's own shape found by the method (figure 17).",

@@ -25,11 +25,12 @@ def prepare(folder: Path) -> Request:
     rig = character()
     trc.write_markers(take, performance(actor())[1])
     gltf.write_rig(hero, rig)
-    _write_landmarks(hero.with_suffix(".landmarks.json"), rig)
+    write_landmarks(hero.with_suffix(".landmarks.json"), rig)
     return Request(take, hero)
 
 
-def _write_landmarks(path: Path, rig: Rig) -> None:
+def write_landmarks(path: Path, rig: Rig) -> None:
+    """Write a rig's landmarks, which are vertices, as a `mien-landmarks` file."""
     spots = {name: {"vertex": int(point.corners[0, 0])} for name, point in rig.landmarks.items()}
     document = {"format": "mien-landmarks", "version": 1, "landmarks": spots}
     with written_whole(path) as temporary:

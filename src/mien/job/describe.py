@@ -68,7 +68,8 @@ def _clip(clip: Clip) -> dict[str, Any]:
         "fps": round(clip.fps, 4),
         "seconds": round(len(clip) / clip.fps, 3),
         "channels": {
-            name: [round(float(a), 4), round(float(b), 4)] for name, a, b in zip(clip.names, low, high, strict=True)
+            name: [round(float(x), 4) if np.isfinite(x) else None for x in ends]
+            for name, *ends in zip(clip.names, low, high, strict=True)
         },
         "still_channels": [n for n, a, b in zip(clip.names, low, high, strict=True) if not b - a > 1e-6],
         "lost_frames": int(lost.sum()),

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
-from mien.capture import find_neutral
+from mien.capture import fill_gaps, find_neutral
 from mien.capture.neutral import neutral_at
 from mien.core import Correspondence, FileError, InputError, Markers, Note, Rig, SurfacePoints
 from mien.core.arrays import Floats
 from mien.geometry.correspond import Placement, marker_points, mesh_points, place, spread_points
 from mien.io.documents import join, landmarks_on_markers, landmarks_on_mesh, read_landmarks, read_pairs
-from mien.job.performance import Performance
+from mien.job.performance import Performance, frame_number
 from mien.vocabularies.marker_sets import known_landmarks
 
 DEFAULT_COUNT = 99
@@ -36,7 +36,7 @@ def find_pairs(
         pairs: a pairs file.
         landmarks: a landmark file for each side.
         count: how many pairs to make from landmarks when the actor is a mesh.
-        neutral: frame number of the actor's neutral, if given.
+        neutral: frame number of the actor's neutral, if given; with anything else it is found in the take.
 
     Raises:
         FileError: a file is wrong.
@@ -81,7 +81,9 @@ def _target_landmarks(character: Rig, given: Path | None) -> dict[str, SurfacePo
 def _from_markers(
     markers: Markers, character: Rig, target: dict[str, SurfacePoints], given: Path | None, neutral: str | None
 ) -> tuple[Correspondence, tuple[Note, ...]]:
-    frame = int(neutral) if neutral is not None and neutral.isdigit() else None
+    seen = [markers.names[i] for i in np.flatnonzero(markers.seen.any(axis=0))]
+    markers = fill_gaps(markers.only(seen))  # a marker that is never seen says nothing about where the others are
+    frame = frame_number(neutral)
     rest = (neutral_at(markers, frame) if frame is not None else find_neutral(markers)).points
     if given is not None:
         source = landmarks_on_markers(read_landmarks(given), markers, rest, given)

@@ -16,6 +16,8 @@ from mien.look.movie import render_clip
 from mien.look.portrait import Portrait
 from mien.look.sheet import Labelled, Row, contact_sheet, save_png, sheet
 
+PICTURES = (".png", ".mp4")
+
 
 def picture(
     file: Path,
@@ -40,7 +42,7 @@ def picture(
     if view not in TURNS:
         raise InputError(unknown("view", view, TURNS))
     suffix = output.suffix.lower()
-    if suffix not in (".png", ".mp4"):
+    if suffix not in PICTURES:
         raise FileError(f"cannot write {output}: pictures are .png, films .mp4.")
     rig = read_rig(file)
     seen = cast(View, view)

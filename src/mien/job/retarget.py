@@ -9,13 +9,12 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-
 from mien.core import Clip, Correspondence, Examples, InputError, Markers, Note, Report, Rig
 from mien.core.arrays import Floats
 from mien.io.documents import read_examples
-from mien.io.formats import format_of, read_rig, write_clip
+from mien.io.formats import read_rig
 from mien.job.pairs import DEFAULT_COUNT, find_pairs
-from mien.job.performance import Performance, load_performance
+from mien.job.performance import Performance, check_same_mesh, load_performance
 from mien.retargeting import METHODS, make_method
 from mien.retargeting.copying import held
 
@@ -95,6 +94,8 @@ def run(request: Request, progress: Progress = lambda stage: None) -> Result:
         performance = load_performance(request.performance, request.actor)
         training = performance if request.training is None else load_performance(request.training, request.actor)
         examples = read_examples(request.examples) if request.examples else None
+    if training.actor is not None and performance.actor is not None:
+        check_same_mesh(performance.actor, training.actor, training.path)
     if request.method == "copy" or (performance.clip is not None and performance.actor is None):
         return _copied(request, performance, character, timing)
     with stage("pair"):
@@ -108,7 +109,7 @@ def run(request: Request, progress: Progress = lambda stage: None) -> Result:
         )
         take, markers = training.points(pairs), performance.points(pairs)
     with stage("fit"):
-        retargeter = make_method(request.method, request.settings).fit(
+        retargeter: Any = make_method(request.method, request.settings).fit(
             character,
             take,
             pairs,
@@ -125,28 +126,6 @@ def run(request: Request, progress: Progress = lambda stage: None) -> Result:
     clip = _with_head(clip, performance, retargeter, request.head)
     report = replace(report, notes=_distinct((*character.notes, *filled.notes, *notes, *report.notes)), timing_s=timing)
     return Result(clip, report, character, performance, pairs, filled, retargeter)
-
-
-def check_outputs(outputs: Sequence[Path]) -> None:
-    """Refuse outputs that could not be written, before any work is done.
-
-    Raises:
-        FileError: a folder is missing, or the suffix is not one that animation is written to.
-    """
-    from mien.core import FileError
-
-    for path in outputs:
-        if not path.parent.is_dir():
-            raise FileError(f"cannot write {path}: the folder {path.parent} does not exist; create it first.")
-        if format_of(path).write_clip is None:
-            raise FileError(f"cannot write {path}: animation is written to .glb, .gltf, .csv or .npz.")
-
-
-def write_outputs(result: Result, outputs: Sequence[Path], csv_format: str = "weights") -> None:
-    """Write the animation to each path, in the format of its suffix."""
-    for path in outputs:
-        to = csv_format if path.suffix.lower() == ".csv" else None
-        write_clip(path, result.clip, result.character, to=to)
 
 
 def _copied(request: Request, performance: Performance, character: Rig, timing: dict[str, float]) -> Result:

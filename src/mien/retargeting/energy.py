@@ -30,6 +30,8 @@ from mien.solve import LassoProblem, solve_lasso, symmetric_penalty
 class SolveSettings:
     """The knobs of the per-frame solve.
 
+    The defaults are those that measure best (docs/accuracy.md); `PAPER` holds the published ones.
+
     Attributes:
         prior: µ, how strongly bending of the character's surface is avoided.
         sparsity: ν, how strongly small weights are pulled to exactly zero; weakens expressions.
@@ -41,10 +43,10 @@ class SolveSettings:
         symmetry: how strongly.
     """
 
-    prior: float = 0.3
-    sparsity: float = 0.6
-    smooth: float = 0.0
-    bounds: tuple[float, float] | None = None
+    prior: float = 0.0
+    sparsity: float = 0.002
+    smooth: float = 0.005
+    bounds: tuple[float, float] | None = (0.0, 1.0)
     shape_sparsity: Mapping[str, float] = field(default_factory=dict)
     exclusive: Sequence[tuple[str, str]] = ()
     symmetric: Sequence[tuple[str, str]] = ()
@@ -61,6 +63,10 @@ class SolveSettings:
     def as_dict(self) -> dict[str, Any]:
         """Return the settings by name, ready for JSON."""
         return asdict(self)
+
+
+PAPER: Mapping[str, Any] = {"prior": 0.3, "sparsity": 0.6, "smooth": 0.0, "bounds": None}
+"""µ and ν as published (Ribera et al. 2017, §5): no bounds, no smoothing."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,11 +8,12 @@ from typing import Any
 from mien.core import InputError
 from mien.core.errors import unknown
 from mien.retargeting.copying import Copy
+from mien.retargeting.direct import Direct
 from mien.retargeting.method import Method
 from mien.retargeting.range_of_motion import RangeOfMotion
 from mien.retargeting.rbf import Rbf
 
-METHODS: dict[str, type[Method]] = {method.name: method for method in (RangeOfMotion, Rbf, Copy)}
+METHODS: dict[str, type[Method]] = {method.name: method for method in (RangeOfMotion, Rbf, Direct, Copy)}
 
 
 def make_method(name: str, settings: dict[str, Any] | None = None) -> Method:
@@ -20,7 +21,8 @@ def make_method(name: str, settings: dict[str, Any] | None = None) -> Method:
 
     Args:
         name: a key of `METHODS`.
-        settings: parameter names and values, of the method or of its solve.
+        settings: parameter names and values, of the method or of its solve; `preset` names
+            a whole set of them (`paper`: as published), which the others then change.
 
     Raises:
         InputError: unknown method or parameter, or a value of the wrong kind.
@@ -28,7 +30,14 @@ def make_method(name: str, settings: dict[str, Any] | None = None) -> Method:
     if name not in METHODS:
         raise InputError(unknown("method", name, METHODS))
     method: Any = METHODS[name]()
-    for key, value in (settings or {}).items():
+    given = dict(settings or {})
+    preset = given.pop("preset", None)
+    if preset is not None:
+        known = getattr(method, "presets", {})
+        if preset not in known:
+            raise InputError(unknown(f"preset of {name!r}", str(preset), known))
+        given = {**known[preset], **given}
+    for key, value in given.items():
         method = _changed(method, key, value)
     return method  # type: ignore[no-any-return]
 
@@ -62,4 +71,6 @@ def _as_kind(key: str, value: Any, current: Any) -> Any:
             return type(current)(value)
     except (KeyError, ValueError):
         raise InputError(f"{key} must be a {type(current).__name__}, but is {value!r}.") from None
-    return value
+    if isinstance(current, str):
+        return value
+    raise InputError(f"{key} is not a single number, so it cannot be set to {value!r}; give it by its own option or from Python.")

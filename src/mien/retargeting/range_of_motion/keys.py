@@ -40,14 +40,15 @@ def key_expressions(enhanced: Floats, prominence: float = 0.0) -> Keys:
 
 
 def _peaks(signal: Floats, prominence: float) -> Ints:
-    """Local maxima, ends included, plateaus counted once; the best frame alone if there is none."""
-    from scipy.signal import find_peaks
-
-    padded = np.concatenate([[-np.inf], signal, [-np.inf]])
+    """Local maxima, ends included, a plateau counted once; the best frame alone if there is none."""
     if prominence > 0:
-        padded[[0, -1]] = signal.min()
-        peaks, _ = find_peaks(padded, prominence=prominence)
+        from scipy.signal import find_peaks  # slow to import, and not needed for the printed method
+
+        padded = np.concatenate([[signal.min()], signal, [signal.min()]])
+        found = find_peaks(padded, prominence=prominence)[0] - 1
     else:
-        peaks, _ = find_peaks(padded)
-    found = peaks - 1
+        change = np.sign(np.diff(signal, prepend=-np.inf, append=-np.inf))
+        slopes = np.flatnonzero(change)  # plateaus fall out here
+        tops = (change[slopes[:-1]] > 0) & (change[slopes[1:]] < 0)
+        found = (slopes[:-1][tops] + slopes[1:][tops] - 1) // 2
     return found if len(found) else np.array([int(np.argmax(signal))])

@@ -8,9 +8,9 @@ Differs from the paper: see `docs/range-of-motion.md`.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from scipy import sparse
@@ -20,7 +20,7 @@ from mien.core import Clip, Correspondence, Examples, InputError, Markers, Note,
 from mien.core.arrays import Floats, Ints
 from mien.core.errors import unknown
 from mien.geometry.laplacian import cotangent_laplacian, triangulate_markers
-from mien.retargeting.energy import SolveSettings
+from mien.retargeting.energy import PAPER, SolveSettings
 from mien.retargeting.initial import warped_shapes
 from mien.retargeting.prepare import Prepared, prepare
 from mien.retargeting.range_of_motion.alignment import Balance, alignment_problem
@@ -69,11 +69,13 @@ class RangeOfMotion:
     about: ClassVar[str] = "the character's shapes aligned with the actor's range of motion, no examples (Ribera et al. 2017)"
     needs: ClassVar[str] = "markers or an animated face, pairs or landmarks"
 
+    presets: ClassVar[Mapping[str, Mapping[str, Any]]] = {"paper": {"mesh": 0.01, "cross": 0.1, "keep": 0.0, **PAPER}}
+
     steepness: float = 15.0
-    mesh: float = 0.01
-    cross: float = 0.1
+    mesh: float = 1.0
+    cross: float = 10.0
     prominence: float = 0.0
-    keep: float = 0.0
+    keep: float = 0.9
     smoothing: float = 0.0
     solve: SolveSettings = field(default_factory=SolveSettings)
 

@@ -8,6 +8,9 @@ import numpy as np
 
 from mien.core.arrays import Floats
 
+STILL_CM = 1e-6
+"""A total displacement below this is rounding, and its direction says nothing."""
+
 
 @dataclass(frozen=True, eq=False)
 class Similarity:
@@ -68,4 +71,4 @@ def _directions(displacements: Floats) -> Floats:
     """Flatten and normalise; what does not move is like nothing."""
     flat = displacements.reshape(len(displacements), -1)
     length = np.linalg.norm(flat, axis=1, keepdims=True)
-    return np.divide(flat, length, out=np.zeros_like(flat), where=length > 1e-12)
+    return np.asarray(np.divide(flat, length, out=np.zeros_like(flat), where=length > STILL_CM))

@@ -1,0 +1,5 @@
+"""`python -m mien`: the command line, where the script is not on the path."""
+
+from mien.cli import main
+
+main()
