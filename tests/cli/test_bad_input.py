@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -12,7 +11,6 @@ import pytest
 
 from mien.core import Blendshapes, Clip, Mesh, Rig
 from mien.io import gltf, npz
-from mien.io.gltf.container import open_document, save
 from tests.cli.running import contents, mien
 from tests.job.small_files import FEW_SHAPES, LANDMARKS, NAMES, SmallFiles, capture_of, marker_pairs, write_small_files
 from tests.retargeting.actors import face, weights
@@ -142,12 +140,10 @@ def character_with_only_empty_shapes(f: SmallFiles) -> Args:
 
 @case("finite")
 def character_with_nan_vertices(f: SmallFiles) -> Args:
-    document = open_document(f["face.glb"])
-    content = bytearray(f["face.glb"].read_bytes())
-    del document
-    place = len(content) - 576 * 3 * 4 * 7
-    content[place : place + 40] = np.full(10, np.nan, "<f4").tobytes()
-    f["face.glb"].write_bytes(bytes(content))
+    content = f["face.glb"].read_bytes()
+    vertices = face().neutral.vertices[:9].astype("<f4").tobytes()
+    assert vertices in content
+    f["face.glb"].write_bytes(content.replace(vertices, np.full(27, np.nan, "<f4").tobytes()))
     return job(f)
 
 
@@ -233,7 +229,7 @@ def scrambled_pairs(f: SmallFiles) -> Args:
 @case("scaled", "units")
 def a_take_of_absurd_size(f: SmallFiles) -> Args:
     take = capture_of()
-    f.take(replace(take, points=take.points * 1e6))
+    f.take(replace(take, points=take.points * 1e5))
     return job(f)
 
 
@@ -242,7 +238,7 @@ def neither_pairs_nor_landmarks(f: SmallFiles) -> Args:
     return job(f)[:3]
 
 
-@case("mesh.landmarks.json", "spot on a mesh", "marker")
+@case("markers.landmarks.json", "wrong order", "marker")
 def landmark_files_exchanged(f: SmallFiles) -> Args:
     return job(f, "take.trc", "face.glb", "--landmarks", f["mesh.landmarks.json"], f["markers.landmarks.json"])
 
@@ -387,6 +383,11 @@ def a_training_take_of_another_mesh(f: SmallFiles) -> Args:
     return ["retarget", f["anim.glb"], f["face.glb"], "--pairs", f["mesh.pairs.json"], "--training", f["other.glb"]]
 
 
+@case("take.trc", "anim.glb", "same way")
+def a_training_take_of_another_kind(f: SmallFiles) -> Args:
+    return job(f, "take.trc", "face.glb", "--training", f["anim.glb"])
+
+
 # --- options ----------------------------------------------------------------------------
 
 
@@ -438,6 +439,11 @@ def an_unknown_exclusive_shape(f: SmallFiles) -> Args:
 @case("method 'nope'", "range-of-motion")
 def an_unknown_method(f: SmallFiles) -> Args:
     return job(f, "take.trc", "face.glb", "--method", "nope")
+
+
+@case("marker 'zz'")
+def an_unknown_rigid_marker(f: SmallFiles) -> Args:
+    return job(f, "take.trc", "face.glb", *(word for name in ("zz", "m0", "m1", "m2") for word in ("--rigid", name)))
 
 
 @case("rigid")

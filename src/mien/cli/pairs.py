@@ -35,7 +35,7 @@ def pairs(
     from mien.job.pairs import find_pairs
     from mien.job.performance import load_source
 
-    check_place(output, [source, target, *(landmarks or ())], (".json",), "pairs")
+    check_place(output, [source, target, *(landmarks or ())], (".json",), "a pairs file")
     with stages(quiet) as stage:
         stage("read")
         side, character = load_source(source), read_rig(target)

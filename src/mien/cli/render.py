@@ -34,7 +34,7 @@ def render(
     from mien.job.outputs import check_place
     from mien.job.picture import PICTURES, picture
 
-    check_place(output, [file, *([clip] if clip else [])], PICTURES, "pictures")
+    check_place(output, [file, *([clip] if clip else [])], PICTURES, "a picture")
     chosen = None
     if frames is not None:
         try:

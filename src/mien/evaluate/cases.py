@@ -13,6 +13,7 @@ from mien.core.arrays import Floats, Ints
 from mien.evaluate.conditions import Conditions, captured
 from mien.evaluate.metrics import millimetre
 from mien.evaluate.truth import Semantics, shown_range
+from mien.evaluate.yardstick import Yardstick, yardstick
 from mien.geometry.correspond import mesh_points, place, spread_points
 from mien.retargeting.prepare import Prepared, prepare
 from mien.vocabularies import match
@@ -68,9 +69,19 @@ class Case:
         return prepare(self.character, self.training, self.pairs, neutral=self.neutral, head_moves=self.head_moves)
 
     @cached_property
-    def millimetre(self) -> float:
-        """Length of a millimetre on the character, were its head 23 cm tall."""
-        return millimetre(self.character)
+    def yardsticks(self) -> dict[str, Yardstick]:
+        """The two truths, by name, ready for results to be measured against."""
+        unit = millimetre(self.character)
+        truths = {"absolute": (self.truth, self.seen), "range": (self.truth_range, self.shown)}
+        return {
+            name: yardstick(self.character, np.asarray(clip.values), counted, unit)
+            for name, (clip, counted) in truths.items()
+        }
+
+    def shapes(self, truth: str) -> Floats:
+        """Return the actor's own shapes in one of the truths, `(K, M, 3)` [cm of a human face]."""
+        shapes = self.true_shapes if truth == "absolute" else self.range_shapes
+        return np.asarray(shapes / self.prepared.terms.centimetre)
 
 
 def make_case(
@@ -107,7 +118,10 @@ def make_case(
     rng = np.random.default_rng(conditions.seed)
     unit = millimetre(actor)
     played = {"training": on_actor(_tracked(training), actor), "test": on_actor(_tracked(test), actor)}
-    takes = {key: captured(trace(actor, clip, pairs.source, pairs.names), conditions, unit, rng) for key, clip in played.items()}
+    takes = {
+        key: captured(trace(actor, clip, pairs.source, pairs.names), conditions, unit, rng)
+        for key, clip in played.items()
+    }
     full, shown = shown_range(played["training"].values)
     seen = meanings.driven & visible(character, pairs)
     kept = _thinned(_tracked(test), stride)

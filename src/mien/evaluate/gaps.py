@@ -20,14 +20,16 @@ RIGHT_LIDS = ((37, 41), (38, 40))
 LEFT_LIDS = ((43, 47), (44, 46))
 LIPS = ((61, 67), (62, 66), (63, 65))
 """iBUG numbers of upper and lower landmarks that face each other."""
-NEARLY = 0.15
+NEARLY = 0.2
 """An eye is closed while its gap is within this share of the resting gap of the smallest in the take."""
 HALF = 0.5
 """A take whose smallest lid gap is above this share of the resting gap has no blink."""
-MET_MM = 0.5
-"""Lips meet while their gap exceeds that at rest by no more than this …"""
 STIRRED_MM = 1.0
-"""… and count as a closure while some lip landmark is this far from rest."""
+"""The mouth is doing something while some lip landmark is this far from rest."""
+MET_MM = 0.5
+"""Lips meet, while it does, if their gap is within this of the smallest in the take."""
+PARTED_MM = 2.0
+"""A take whose smallest lip gap exceeds this has no closure."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +101,9 @@ def closed_eyes(truth: Gaps) -> np.ndarray:
 
 def met_lips(truth: Gaps) -> np.ndarray:
     """Return `(F,)` whether the lips meet while the mouth is doing something."""
-    return np.asarray((truth.lips <= MET_MM) & (truth.stirred >= STIRRED_MM))
+    stirred = truth.stirred >= STIRRED_MM
+    least = truth.lips[stirred].min(initial=np.inf)
+    return np.asarray(stirred & (least <= PARTED_MM) & (truth.lips <= least + MET_MM))
 
 
 def gap_figures(result: Gaps, truth: Gaps) -> GapFigures:

@@ -6,9 +6,11 @@ full extent; frames whose truth is NaN are left out by the caller.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mien.core import InputError, Rig
 from mien.core.arrays import Floats
@@ -16,12 +18,16 @@ from mien.core.units import face_radius
 
 LANDMARK_RADIUS_MM = 51.0
 """Root-mean-square distance of the facial landmarks from their centre on a head of 23 cm from chin to crown."""
-MOVES = 0.05
+MOVES = 0.1
 """A shape moves in a take if the 99th percentile of its weight, either way, reaches this."""
 MOVING_MM = 1.0
 """A vertex moves in a take if the truth takes it this far from rest."""
 ACTIVE = 1e-3
 """A weight above this, either way, is active."""
+ONE_SIDE, SILENT = 0.3, 0.1
+"""An expression is one-sided while one side is above the first and the other below the second."""
+MOST_VERTICES = 4000
+"""Denser surfaces are measured at every so many of their vertices."""
 CHUNK = 128
 """Frames posed at a time, so that long takes need little memory."""
 
@@ -32,7 +38,9 @@ class WeightFigures:
 
     Attributes:
         rmse: root mean square of the difference, over frames and moving shapes.
-        correlation: Pearson correlation over time, the mean over moving shapes; 0 for a constant result.
+        correlation: Pearson correlation over time of the moving shapes taken together, each about its own mean,
+            so that shapes count by how much they move.
+        correlation_each: the mean of their own correlations, so that each counts alike; 0 for a constant result.
         gain: slope through zero of result on truth, `Σ r t / Σ t²` over frames and moving shapes (1 is right).
         per_shape_rmse, per_shape_correlation, per_shape_gain: `(K,)` the same, shape by shape; NaN where it does not move.
         moving: `(K,)` which shapes count.
@@ -40,6 +48,7 @@ class WeightFigures:
 
     rmse: float
     correlation: float
+    correlation_each: float
     gain: float
     per_shape_rmse: Floats
     per_shape_correlation: Floats
@@ -72,9 +81,10 @@ def weight_figures(result: Floats, truth: Floats, counted: np.ndarray | None = N
     correlation[moving] = _correlations(r, t)
     gain[moving] = (r * t).sum(axis=0) / power
     if not moving.any():
-        return WeightFigures(*[float("nan")] * 3, rmse, correlation, gain, moving)
+        return WeightFigures(*[float("nan")] * 4, rmse, correlation, gain, moving)
     return WeightFigures(
         float(np.sqrt(((r - t) ** 2).mean())),
+        float(_correlations((r - r.mean(axis=0)).reshape(-1, 1), (t - t.mean(axis=0)).reshape(-1, 1))[0]),
         float(correlation[moving].mean()),
         float((r * t).sum() / power.sum()),
         rmse,
@@ -96,6 +106,27 @@ def active_per_frame(weights: Floats) -> float:
     return float((np.abs(weights) > ACTIVE).sum(axis=1).mean())
 
 
+def other_side(result: Floats, truth: Floats, sides: Sequence[tuple[int, int]]) -> float:
+    """Return how much of a one-sided expression appears on the other side (0 is right).
+
+    Args:
+        result, truth: `(F, K)` weights.
+        sides: columns of the left and right version of a shape.
+
+    Returns:
+        The result's weight on the silent side over the truth's on the acting side, over
+        all frames in which only one side acts; NaN if there is none.
+    """
+    _check_alike(result, truth)
+    leaked = acted = 0.0
+    for pair in sides:
+        for acting, silent in (pair, pair[::-1]):
+            alone = (truth[:, acting] > ONE_SIDE) & (truth[:, silent] < SILENT)
+            leaked += float(np.abs(result[alone, silent] - truth[alone, silent]).sum())
+            acted += float(truth[alone, acting].sum())
+    return leaked / acted if acted > 0 else float("nan")
+
+
 def millimetre(rig: Rig) -> float:
     """Return the length, in the rig's unit, that is 1 mm if its head were 23 cm from chin to crown.
 
@@ -105,7 +136,9 @@ def millimetre(rig: Rig) -> float:
         InputError: the rig has no landmarks.
     """
     if not rig.landmarks:
-        raise InputError(f"{rig.name} has no landmarks, so errors on it cannot be given in millimetres; put {rig.name}.landmarks.json beside it.")
+        raise InputError(
+            f"{rig.name} has no landmarks, so errors on it cannot be given in millimetres; put {rig.name}.landmarks.json beside it."
+        )
     points = np.concatenate([p.of(rig.neutral.vertices) for p in rig.landmarks.values()])
     return face_radius(points) / LANDMARK_RADIUS_MM
 
@@ -123,36 +156,49 @@ class VertexError:
     p95_mm: float
 
 
-def vertex_error(rig: Rig, result: Floats, truth: Floats, unit: float) -> VertexError:
-    """Pose a character with result and truth and measure the distance between the two.
+def moving_surface(rig: Rig, truth: Floats, unit: float) -> NDArray[np.float32]:
+    """Return the deltas `(3, K, V)` [mm] of the vertices that the truth moves, at most about `MOST_VERTICES` of them.
 
     Args:
         rig: the character.
-        result, truth: `(F, K)` weights of its shapes.
+        truth: `(F, K)` weights.
         unit: length of a millimetre in the rig's unit, see `millimetre`.
     """
+    deltas = (rig.blendshapes.deltas / unit).transpose(2, 0, 1).astype(np.float32)
+    deltas = deltas[:, :, :: max(1, deltas.shape[2] // MOST_VERTICES)]
+    reach = np.zeros(deltas.shape[2], dtype=np.float32)
+    for part in _chunks(truth):
+        np.maximum(reach, _squared(part, deltas).max(axis=0), out=reach)
+    return np.ascontiguousarray(deltas[:, :, reach > MOVING_MM**2])
+
+
+def vertex_error(surface: NDArray[np.float32], result: Floats, truth: Floats) -> VertexError:
+    """Pose a character with result and truth and measure the distance between the two.
+
+    Args:
+        surface: as `moving_surface` returns it.
+        result, truth: `(F, K)` weights.
+    """
     _check_alike(result, truth)
-    deltas = rig.blendshapes.deltas / unit
-    k = deltas.shape[0]
-    reach = np.zeros(deltas.shape[1])
-    for begin in range(0, len(truth), CHUNK):
-        posed = (truth[begin : begin + CHUNK] @ deltas.reshape(k, -1)).reshape(-1, *deltas.shape[1:])
-        reach = np.maximum(reach, (posed**2).sum(axis=2).max(axis=0))
-    moving = np.ascontiguousarray(deltas[:, reach > MOVING_MM**2])
-    if not moving.shape[1]:
+    if not surface.shape[2]:
         return VertexError(float("nan"), float("nan"))
-    off = np.empty((len(truth), moving.shape[1]), dtype=np.float32)
-    for begin in range(0, len(truth), CHUNK):
-        part = slice(begin, begin + CHUNK)
-        apart = ((result[part] - truth[part]) @ moving.reshape(k, -1)).reshape(-1, *moving.shape[1:])
-        off[part] = np.sqrt((apart**2).sum(axis=2))
-    return VertexError(float(off.mean()), float(np.quantile(off, 0.95)))
+    off = np.concatenate([np.sqrt(_squared(part, surface)) for part in _chunks(result - truth)])
+    return VertexError(float(off.mean(dtype=np.float64)), float(np.quantile(off, 0.95)))
 
 
 def shape_error(shapes: Floats, truth: Floats, counted: np.ndarray) -> float:
     """Return `|Δp - Δp*| / |Δp*|` over the counted shapes; both `(K, M, 3)` in one unit."""
     power = (truth[counted] ** 2).sum()
     return float(np.sqrt(((shapes[counted] - truth[counted]) ** 2).sum() / power)) if power > 0 else float("nan")
+
+
+def _chunks(weights: Floats) -> list[NDArray[np.float32]]:
+    return [weights[begin : begin + CHUNK].astype(np.float32) for begin in range(0, len(weights), CHUNK)]
+
+
+def _squared(weights: NDArray[np.float32], deltas: NDArray[np.float32]) -> NDArray[np.float32]:
+    x, y, z = (np.square(weights @ axis) for axis in deltas)
+    return np.asarray(x + y + z)
 
 
 def _correlations(result: Floats, truth: Floats) -> Floats:
@@ -163,4 +209,6 @@ def _correlations(result: Floats, truth: Floats) -> Floats:
 
 def _check_alike(result: Floats, truth: Floats) -> None:
     if result.shape != truth.shape or result.ndim != 2 or not len(result):
-        raise InputError(f"result and truth must be frames × shapes of the same size, but are {result.shape} and {truth.shape}.")
+        raise InputError(
+            f"result and truth must be frames × shapes of the same size, but are {result.shape} and {truth.shape}."
+        )

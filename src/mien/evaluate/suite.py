@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict, fields
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -12,8 +12,8 @@ import numpy as np
 from mien.core import Clip, InputError
 from mien.core.arrays import Floats
 from mien.evaluate.cases import Case
-from mien.evaluate.gaps import gap_figures, gaps
-from mien.evaluate.metrics import WeightFigures, active_per_frame, jerk_ratio, shape_error, vertex_error, weight_figures
+from mien.evaluate.metrics import active_per_frame, shape_error
+from mien.evaluate.yardstick import Figures
 from mien.retargeting import make_method
 from mien.retargeting.energy import SolveSettings
 from mien.retargeting.method import Method
@@ -25,7 +25,6 @@ FLOOR = "floor"
 """The actor's true shapes, solved like any method's: what no better shapes could improve on."""
 
 Shapes = Floats | Callable[[Prepared], Floats]
-Figures = dict[str, Any]
 
 
 def run_case(case: Case, method: str | Method | Shapes, settings: Mapping[str, Any] | None = None) -> Figures:
@@ -84,31 +83,18 @@ def compare(case: Case, clip: Clip, truth: str, shapes: Floats | None = None) ->
         truth: `absolute` or `range`.
         shapes: the shapes the result was found with, `(K, M, 3)` in human centimetres.
     """
-    right, counted = (case.truth, case.seen) if truth == "absolute" else (case.truth_range, case.shown)
-    result, wanted = clip.channels(case.character.blendshapes.names), np.asarray(right.values)
-    weights = weight_figures(result, wanted, counted)
-    surface = vertex_error(case.character, result, wanted, case.millimetre)
-    figures: Figures = {
-        "rmse": weights.rmse,
-        "correlation": weights.correlation,
-        "gain": weights.gain,
-        "vertex_mm": surface.mean_mm,
-        "vertex_p95_mm": surface.p95_mm,
-        "jerk": jerk_ratio(result[:, weights.moving], wanted[:, weights.moving]),
-    }
-    measured = gaps(case.character, result, case.millimetre)
-    meant = gaps(case.character, wanted, case.millimetre)
-    if measured is not None and meant is not None:
-        figures |= asdict(gap_figures(measured, meant))
-    if shapes is not None:
-        figures["shapes"] = shape_error(shapes, _true_shapes(case, truth), weights.moving)
-    figures["per_shape"] = _per_shape(case.character.blendshapes.names, weights)
+    against = case.yardsticks[truth]
+    figures = against.measure(clip.channels(against.names))
+    if shapes is not None and shapes.shape == case.true_shapes.shape:
+        figures["shapes"] = shape_error(shapes, case.shapes(truth), against.moving)
     return figures
 
 
-def _result(case: Case, method: str | Method | Shapes, settings: dict[str, Any], truth: str) -> tuple[Clip, Floats | None]:
+def _result(
+    case: Case, method: str | Method | Shapes, settings: dict[str, Any], truth: str
+) -> tuple[Clip, Floats | None]:
     if method == FLOOR:
-        method = _true_shapes(case, truth)
+        method = case.shapes(truth)
     if isinstance(method, str) and method == "copy":
         return make_method(method, settings).fit(case.character, case.recording).retarget(case.recording)[0], None
     if isinstance(method, str):
@@ -122,11 +108,6 @@ def _result(case: Case, method: str | Method | Shapes, settings: dict[str, Any],
     return clip, fitted.shapes if isinstance(fitted, ShapeRetargeter) else None
 
 
-def _true_shapes(case: Case, truth: str) -> Floats:
-    shapes = case.true_shapes if truth == "absolute" else case.range_shapes
-    return np.asarray(shapes / case.prepared.terms.centimetre)
-
-
 def _solve(settings: Mapping[str, Any]) -> SolveSettings:
     known = {f.name for f in fields(SolveSettings)}
     return SolveSettings(**{key: value for key, value in settings.items() if key in known})
@@ -136,12 +117,3 @@ def _named(method: str | Method | Shapes) -> str:
     if isinstance(method, str):
         return method
     return str(getattr(method, "name", None) or getattr(method, "__name__", "shapes"))
-
-
-def _per_shape(names: Sequence[str], weights: WeightFigures) -> Figures:
-    columns = (weights.per_shape_rmse, weights.per_shape_correlation, weights.per_shape_gain)
-    return {
-        name: {"rmse": float(r), "correlation": float(c), "gain": float(g)}
-        for name, moving, r, c, g in zip(names, weights.moving, *columns, strict=True)
-        if moving
-    }

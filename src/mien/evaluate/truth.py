@@ -44,7 +44,9 @@ class Semantics:
         return self.drivers.any(axis=1)
 
 
-def semantics(actor: Sequence[str], character: Sequence[str], table: Mapping[str, Mapping[str, float]] | None = None) -> Semantics:
+def semantics(
+    actor: Sequence[str], character: Sequence[str], table: Mapping[str, Mapping[str, float]] | None = None
+) -> Semantics:
     """Relate a character's shapes to an actor's.
 
     Args:

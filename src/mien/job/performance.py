@@ -15,7 +15,7 @@ from mien.core.arrays import Floats
 from mien.io.formats import format_of, read_clip, read_markers, read_rig
 from mien.vocabularies import match
 
-LARGEST = 1e9
+LARGEST = 1e6
 """No weight and no position in metres is larger than this."""
 
 
@@ -68,6 +68,8 @@ class Performance:
         return None
 
     def _neutral_of(self, path: Path, pairs: Correspondence) -> Neutral:
+        if not path.exists():
+            raise FileError(f"the neutral {path} does not exist: give a frame number or a file.")
         if self.actor is not None and pairs.source is not None and format_of(path).read_rig is not None:
             rest = read_rig(path)
             check_same_mesh(self.actor, rest, path)
@@ -115,6 +117,8 @@ def load_performance(path: Path, actor: Path | None = None) -> Performance:
         return Performance(path, markers=markers)
     if row.read_rig is not None and row.read_clip is not None:
         return Performance(path, clip=_checked(path, read_clip(path)), actor=read_rig(path))
+    if not path.exists():
+        raise FileError(f"{path} does not exist.")
     if row.read_clip is None:
         raise FileError(f"{path} holds {row.about}: a face, but no performance. Give markers, an animated mesh or weights.")
     clip = _checked(path, read_clip(path))

@@ -94,8 +94,7 @@ def run(request: Request, progress: Progress = lambda stage: None) -> Result:
         performance = load_performance(request.performance, request.actor)
         training = performance if request.training is None else load_performance(request.training, request.actor)
         examples = read_examples(request.examples) if request.examples else None
-    if training.actor is not None and performance.actor is not None:
-        check_same_mesh(performance.actor, training.actor, training.path)
+    _check_training(performance, training)
     if request.method == "copy" or (performance.clip is not None and performance.actor is None):
         return _copied(request, performance, character, timing)
     with stage("pair"):
@@ -108,6 +107,7 @@ def run(request: Request, progress: Progress = lambda stage: None) -> Result:
             neutral=request.neutral,
         )
         take, markers = training.points(pairs), performance.points(pairs)
+        take.index(request.rigid)
     with stage("fit"):
         retargeter: Any = make_method(request.method, request.settings).fit(
             character,
@@ -126,6 +126,23 @@ def run(request: Request, progress: Progress = lambda stage: None) -> Result:
     clip = _with_head(clip, performance, retargeter, request.head)
     report = replace(report, notes=_distinct((*character.notes, *filled.notes, *notes, *report.notes)), timing_s=timing)
     return Result(clip, report, character, performance, pairs, filled, retargeter)
+
+
+def _check_training(performance: Performance, training: Performance) -> None:
+    """Refuse a training take that says nothing about the performance.
+
+    Raises:
+        InputError: one is markers and the other a mesh, or they are different meshes.
+    """
+    if (performance.markers is None) != (training.markers is None):
+        kinds = ("markers", "an animated face or weights")
+        mine, other = kinds if performance.markers is not None else kinds[::-1]
+        raise InputError(
+            f"the performance {performance.path} is {mine}, but the training take {training.path} is {other}; "
+            "both must have been captured the same way."
+        )
+    if training.actor is not None and performance.actor is not None:
+        check_same_mesh(performance.actor, training.actor, training.path)
 
 
 def _copied(request: Request, performance: Performance, character: Rig, timing: dict[str, float]) -> Result:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
@@ -68,7 +69,10 @@ def _as_kind(key: str, value: Any, current: Any) -> Any:
         if isinstance(current, bool):
             return {"true": True, "false": False}[value.lower()]
         if isinstance(current, int | float):
-            return type(current)(value)
+            number = type(current)(value)
+            if not math.isfinite(number):
+                raise ValueError
+            return number
     except (KeyError, ValueError):
         raise InputError(f"{key} must be a {type(current).__name__}, but is {value!r}.") from None
     if isinstance(current, str):

@@ -12,6 +12,9 @@ from mien.core.arrays import Floats, Ints
 GAUSSIAN_SIGMA = 0.6
 """A Gaussian three frames wide: truncated after one frame on each side."""
 
+ROUNDING = 1e-7
+"""Rises and falls of this share of the highest peak are rounding: where the face rests there is no peak."""
+
 
 @dataclass(frozen=True, eq=False)
 class Keys:
@@ -47,7 +50,8 @@ def _peaks(signal: Floats, prominence: float) -> Ints:
         padded = np.concatenate([[signal.min()], signal, [signal.min()]])
         found = find_peaks(padded, prominence=prominence)[0] - 1
     else:
-        change = np.sign(np.diff(signal, prepend=-np.inf, append=-np.inf))
+        change = np.diff(signal, prepend=-np.inf, append=-np.inf)
+        change = np.where(np.abs(change) > ROUNDING * np.abs(signal).max(), np.sign(change), 0)
         slopes = np.flatnonzero(change)  # plateaus fall out here
         tops = (change[slopes[:-1]] > 0) & (change[slopes[1:]] < 0)
         found = (slopes[:-1][tops] + slopes[1:][tops] - 1) // 2
