@@ -95,7 +95,9 @@ def main() -> None:
             command = [sys.executable, "-m", "mien", "retarget", str(take), str(path), "-o", str(out), "--json"]
             subprocess.run(command, capture_output=True, check=True)  # compiles what numba has not cached yet
             rows.append({"character": label, "frames": FRAMES, **measure(command, repeats)})
-    publish("speed_whole", "A 60 s, 60 fps take onto a large character, whole process", rows, ["numpy", "scipy", "numba"])
+    publish(
+        "speed_whole", "A 60 s, 60 fps take onto a large character, whole process", rows, ["numpy", "scipy", "numba"]
+    )
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ import pytest
 from mien.core import Blendshapes, Clip, Mesh, Rig
 from mien.io import gltf, npz
 from tests.cli.running import contents, mien
-from tests.job.small_files import FEW_SHAPES, LANDMARKS, NAMES, SmallFiles, capture_of, marker_pairs, write_small_files
+from tests.job.small_files import FEW_SHAPES, LANDMARKS, SmallFiles, capture_of, marker_pairs, write_small_files
 from tests.retargeting.actors import face, weights
 
 Args = list[object]
@@ -40,8 +40,6 @@ def originals(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
     folder = tmp_path_factory.mktemp("small")
     write_small_files(folder)
     return contents(folder)
-
-
 
 
 # --- files ------------------------------------------------------------------------------

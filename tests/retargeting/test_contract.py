@@ -79,7 +79,7 @@ def test_units_size_and_place_of_either_file_change_nothing(name: str) -> None:
         clip, report = fitted(name, take, character).retarget(take)
         values = clip.values if reference is None else clip.values - reference
         reference = clip.values if reference is None else reference
-        assert np.abs(values).max() < 1e-4 or scale == 1.0 and character is rig
+        assert np.abs(values).max() < 1e-4 or (scale == 1.0 and character is rig)
         assert report.gain == pytest.approx(report.gain)
 
 
@@ -100,7 +100,9 @@ def test_a_held_pose_is_held_at_any_smoothness(smooth: float) -> None:
     rig = face()
     values = np.repeat(np.array([[0.7, 0.5, 0, 0, 0, 0.3]]), 400, axis=0)
     take = capture(rig, weights(), points_on(rig))
-    retargeter = make_method("rbf", {**EXACT, "smooth": smooth}).fit(rig, take, pairs_of(points_on(rig)), head_moves=False)
+    retargeter = make_method("rbf", {**EXACT, "smooth": smooth}).fit(
+        rig, take, pairs_of(points_on(rig)), head_moves=False
+    )
     held, _ = retargeter.retarget(capture(rig, values, points_on(rig)))
     assert np.abs(held.values[-1] - values[-1]).max() < 0.01
 
@@ -121,7 +123,12 @@ def test_a_one_sided_expression_stays_on_its_side() -> None:
 def test_bounds_exclusion_and_symmetry_are_kept() -> None:
     rig = face()
     take = capture(rig, weights(), points_on(rig), noise=5e-4)
-    settings = {"bounds": (0.0, 0.6), "exclusive": [("smile_L", "smile_R")], "symmetric": [("blink_L", "blink_R")], "symmetry": 1e6}
+    settings = {
+        "bounds": (0.0, 0.6),
+        "exclusive": [("smile_L", "smile_R")],
+        "symmetric": [("blink_L", "blink_R")],
+        "symmetry": 1e6,
+    }
     clip, _ = fitted("rbf", take, rig, **settings).retarget(take)
     assert clip.values.min() >= 0
     assert clip.values.max() <= 0.6

@@ -62,7 +62,9 @@ def test_enhanced_similarity_is_equation_8(rng: np.random.Generator) -> None:
     found = similarity(rng.normal(size=(9, 5, 3)), rng.normal(size=(4, 5, 3)))
     positive = np.maximum(found.correlation, 0)
     t = found.trust[:, None]
-    assert np.allclose(found.enhanced, (1 - t) * positive + t * np.exp(15 * positive) / (np.exp(7.5) + np.exp(15 * positive)))
+    assert np.allclose(
+        found.enhanced, (1 - t) * positive + t * np.exp(15 * positive) / (np.exp(7.5) + np.exp(15 * positive))
+    )
 
 
 def test_key_expressions_are_the_peaks_of_the_sum() -> None:
@@ -153,7 +155,11 @@ def test_an_actor_with_a_larger_range_gets_larger_shapes() -> None:
     points = points_on(rig)
     small, large = (
         RangeOfMotion(mesh=0.01, cross=0.1, keep=0.0).fit(
-            rig, capture(rig, weights() * strength, points), pairs_of(points), neutral=at_rest(rig, points), head_moves=False
+            rig,
+            capture(rig, weights() * strength, points),
+            pairs_of(points),
+            neutral=at_rest(rig, points),
+            head_moves=False,
         )
         for strength in (0.7, 1.4)
     )
@@ -177,7 +183,9 @@ def test_examples_of_unknown_shapes_or_frames_are_refused() -> None:
     take = capture(rig, weights(), points)
     for frame, name, why in ((10, "jawOpne", "jawOpen"), (9999, "jawOpen", "frame 9999")):
         with pytest.raises(InputError, match=why):
-            RangeOfMotion().fit(rig, take, pairs_of(points), examples=Examples(np.array([frame]), (name,), np.array([[1.0]])))
+            RangeOfMotion().fit(
+                rig, take, pairs_of(points), examples=Examples(np.array([frame]), (name,), np.array([[1.0]]))
+            )
 
 
 def test_the_marker_laplacian_knows_constants_only(rng: np.random.Generator) -> None:

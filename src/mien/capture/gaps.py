@@ -39,7 +39,9 @@ def fill_gaps(markers: Markers, longest: float = LONGEST_BRIDGE_S) -> Markers:
             left[markers.names[m]] = missing
     notes = list(markers.notes)
     if bridged:
-        notes.append(Note("gaps-filled", f"{bridged} missing marker samples in gaps of at most {longest:g} s were bridged."))
+        notes.append(
+            Note("gaps-filled", f"{bridged} missing marker samples in gaps of at most {longest:g} s were bridged.")
+        )
     if left:
         worst = ", ".join(f"{name} ({n} frames)" for name, n in sorted(left.items(), key=lambda x: -x[1])[:5])
         more = f" and {len(left) - 5} more" if len(left) > 5 else ""
@@ -53,6 +55,6 @@ def _bridgeable(seen: np.ndarray, limit: int) -> np.ndarray:
     result = np.zeros(len(seen), dtype=bool)
     edges = np.flatnonzero(np.diff(np.concatenate([[True], seen, [True]]).astype(np.int8)))
     for begin, end in edges.reshape(-1, 2):
-        if 0 < begin and end < len(seen) and end - begin <= limit and seen.sum() >= 2:
+        if begin > 0 and end < len(seen) and end - begin <= limit and seen.sum() >= 2:
             result[begin:end] = True
     return result

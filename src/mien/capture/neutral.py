@@ -49,9 +49,12 @@ def find_neutral(markers: Markers) -> Neutral:
     """
     whole = np.flatnonzero(markers.seen.all(axis=1))
     if len(whole) == 0:
-        gone = [n for n, s in zip(markers.names, markers.seen.any(axis=0), strict=True) if not s]
+        seen = np.asarray(markers.seen.any(axis=0))
+        gone = [n for n, s in zip(markers.names, seen, strict=True) if not s]
         why = f" Never seen: {', '.join(gone[:6])}; leave them out of the pairs." if gone else ""
-        raise InputError(f"no frame of the take sees all {len(markers.names)} paired markers, so none can be the neutral.{why}")
+        raise InputError(
+            f"no frame of the take sees all {len(markers.names)} paired markers, so none can be the neutral.{why}"
+        )
     looked = whole[:: max(1, len(whole) // LOOKED_AT)]
     points = markers.points[looked]
     first = points[0]
@@ -78,7 +81,9 @@ def neutral_at(markers: Markers, frame: int, dwell: float = float("nan")) -> Neu
     here = markers.points[frame]
     if not markers.seen[frame].all():
         gone = [n for n, s in zip(markers.names, markers.seen[frame], strict=True) if not s]
-        raise InputError(f"the neutral frame {frame} misses {', '.join(gone[:6])}; choose a frame that sees every marker.")
+        raise InputError(
+            f"the neutral frame {frame} misses {', '.join(gone[:6])}; choose a frame that sees every marker."
+        )
     near = markers.points[max(0, frame - 2) : frame + 3]
     off = np.sqrt(((near - here) ** 2).sum(axis=2).mean(axis=1))
     alike = near[off < 0.5 * CLOSE_CM * human_centimetre(here)]  # false for frames with gaps

@@ -19,7 +19,15 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
-for command in (retarget.retarget, pairs.pairs, inspect.inspect, convert.convert, render.render, methods.methods, demo.demo):
+for command in (
+    retarget.retarget,
+    pairs.pairs,
+    inspect.inspect,
+    convert.convert,
+    render.render,
+    methods.methods,
+    demo.demo,
+):
     app.command()(command)
 
 

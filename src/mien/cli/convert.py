@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Optional
+from typing import Annotated
 
 import typer
 
@@ -11,7 +11,7 @@ import typer
 def convert(
     source: Annotated[Path, typer.Argument(help="Weights or animation: .csv, .npz, .glb.")],
     output: Annotated[Path, typer.Argument(help="Where to write: .csv or .npz.")],
-    to: Annotated[Optional[str], typer.Option(help="Vocabulary of the names: arkit.")] = None,
+    to: Annotated[str | None, typer.Option(help="Vocabulary of the names: arkit.")] = None,
     csv_format: Annotated[str, typer.Option(help="weights, or livelink for the Live Link Face layout.")] = "weights",
     json: Annotated[bool, typer.Option("--json", help="Print what was written as JSON.")] = False,
     quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Print nothing but errors.")] = False,
@@ -19,7 +19,6 @@ def convert(
     """Convert animation between files, and shape names between vocabularies.
 
     Examples:
-
       mien convert phone.csv weights.npz
 
       mien convert studio.csv phone.csv --to arkit --csv-format livelink

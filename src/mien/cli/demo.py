@@ -17,7 +17,6 @@ def demo(
     """Put the built-in actor's capture onto the built-in cartoon, and say where to look.
 
     Examples:
-
       mien demo
 
       mien demo --out /tmp/demo --no-film
@@ -38,7 +37,9 @@ def demo(
         request = job.prepare(out)
         result = run(request, stage)
         stage("write")
-        animated, weights, page, sheet = (out / name for name in ("animated.glb", "weights.csv", "report.html", "sheet.png"))
+        animated, weights, page, sheet = (
+            out / name for name in ("animated.glb", "weights.csv", "report.html", "sheet.png")
+        )
         write_outputs(result, [animated, weights], report=page)
         picture(animated, sheet)
     written = [page, sheet, animated, weights]

@@ -15,7 +15,6 @@ def inspect(
     """Say what a FILE holds: meshes, shapes (empty ones named), channels, markers, gaps, frame rate, units.
 
     Examples:
-
       mien inspect hero.glb
 
       mien inspect take.c3d --json
@@ -39,7 +38,9 @@ def _print(found: dict[str, Any]) -> None:
     out.print(Text.assemble((found["file"], "bold"), f" ({found['format']})"))
     if rig := found.get("rig"):
         size = " × ".join(f"{x * 100:.1f}" for x in rig["size_m"])
-        out.print(f"  face: {rig['vertices']} vertices, {rig['triangles']} triangles, {size} cm, {rig['joints']} joints")
+        out.print(
+            f"  face: {rig['vertices']} vertices, {rig['triangles']} triangles, {size} cm, {rig['joints']} joints"
+        )
         out.print(f"  parts: {', '.join(f'{name} ({n})' for name, n in rig['parts'].items()) or 'one'}")
         _columns("shapes, and how far each moves the skin", {n: f"{mm:.1f} mm" for n, mm in rig["shapes"].items()})
         if rig["empty_shapes"]:

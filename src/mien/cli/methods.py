@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Optional
+from typing import Annotated
 
 import typer
 
 
 def methods(
-    name: Annotated[Optional[str], typer.Argument(help="A method, to see its parameters.")] = None,
+    name: Annotated[str | None, typer.Argument(help="A method, to see its parameters.")] = None,
     json: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
 ) -> None:
     """List the retargeting methods, or the parameters of one.
 
     Examples:
-
       mien methods
 
       mien methods range-of-motion

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Optional
+from typing import Annotated
 
 import typer
 
@@ -13,17 +13,19 @@ def pairs(
     target: Annotated[Path, typer.Argument(help="The character.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="Where to write (.pairs.json).")],
     landmarks: Annotated[
-        Optional[tuple[Path, Path]], typer.Option(help="Landmarks of both sides; files beside them if not given.", metavar="SOURCE TARGET")
+        tuple[Path, Path] | None,
+        typer.Option(help="Landmarks of both sides; files beside them if not given.", metavar="SOURCE TARGET"),
     ] = None,
     count: Annotated[int, typer.Option(min=4, help="How many pairs to make between meshes.")] = 99,
-    neutral: Annotated[Optional[int], typer.Option(min=0, help="Frame number of the actor's neutral, for markers.")] = None,
+    neutral: Annotated[
+        int | None, typer.Option(min=0, help="Frame number of the actor's neutral, for markers.")
+    ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print what was made as JSON.")] = False,
     quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Print nothing but errors.")] = False,
 ) -> None:
     """Find which point of SOURCE is which point of TARGET, from landmarks on both.
 
     Examples:
-
       mien pairs actor.glb hero.glb --landmarks actor.json hero.json -o actor_hero.pairs.json
 
       mien pairs take.c3d hero.glb --landmarks take.json hero.json -o take_hero.pairs.json
@@ -40,7 +42,9 @@ def pairs(
         stage("read")
         side, character = load_source(source), read_rig(target)
         stage("pair")
-        found, notes = find_pairs(side, character, landmarks=landmarks, count=count, neutral=None if neutral is None else str(neutral))
+        found, notes = find_pairs(
+            side, character, landmarks=landmarks, count=count, neutral=None if neutral is None else str(neutral)
+        )
         write_pairs(output, found, character.neutral, side.actor.neutral if side.actor else None)
     if json:
         print_json({"pairs": len(found), "warnings": [vars(note) for note in notes]})

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Optional
+from typing import Annotated
 
 import typer
 
@@ -11,19 +11,20 @@ import typer
 def render(
     file: Annotated[Path, typer.Argument(help="A face: .glb, .gltf or a folder of .obj.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="Where to write: .png (a sheet) or .mp4 (a film).")],
-    clip: Annotated[Optional[Path], typer.Option(help="Weights to play, if not the file's own animation.")] = None,
+    clip: Annotated[Path | None, typer.Option(help="Weights to play, if not the file's own animation.")] = None,
     view: Annotated[str, typer.Option(help="front, three-quarter or side.")] = "front",
     size: Annotated[int, typer.Option(min=32, max=4096, help="Width and height of a picture [pixels].")] = 480,
-    frames: Annotated[Optional[str], typer.Option(help="Frames of the sheet, e.g. 0,120,300; telling ones if not given.")] = None,
+    frames: Annotated[
+        str | None, typer.Option(help="Frames of the sheet, e.g. 0,120,300; telling ones if not given.")
+    ] = None,
     count: Annotated[int, typer.Option(min=1, max=200, help="How many frames to pick for a sheet.")] = 12,
-    fps: Annotated[Optional[float], typer.Option(help="Frames per second of the film; at most 30 if not given.")] = None,
+    fps: Annotated[float | None, typer.Option(help="Frames per second of the film; at most 30 if not given.")] = None,
     json: Annotated[bool, typer.Option("--json", help="Print what was written as JSON.")] = False,
     quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Print nothing but errors.")] = False,
 ) -> None:
     """Picture a FILE: a sheet of telling frames, or a film.
 
     Examples:
-
       mien render out.glb -o sheet.png
 
       mien render out.glb -o film.mp4 --size 720

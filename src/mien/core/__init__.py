@@ -2,8 +2,8 @@
 
 from mien.core.clip import Clip
 from mien.core.correspondence import Correspondence
-from mien.core.examples import Examples
 from mien.core.errors import FileError, InputError, MienError, MissingPackage, Note
+from mien.core.examples import Examples
 from mien.core.markers import Markers
 from mien.core.mesh import Mesh, SurfacePoints
 from mien.core.report import Report

@@ -13,6 +13,7 @@ from mien.core.errors import InputError
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Flags = NDArray[np.bool_]
 
 
 def floats(value: ArrayLike, shape: tuple[int | None, ...], what: str, *, nan: bool = False) -> Floats:
@@ -32,7 +33,9 @@ def floats(value: ArrayLike, shape: tuple[int | None, ...], what: str, *, nan: b
     if bad.any():
         first = tuple(int(i) for i in np.argwhere(bad)[0])
         kind = "infinite" if nan else "NaN or infinite"
-        raise InputError(f"{what} holds {int(bad.sum())} {kind} values, the first at index {first}; finite numbers are needed.")
+        raise InputError(
+            f"{what} holds {int(bad.sum())} {kind} values, the first at index {first}; finite numbers are needed."
+        )
     return _frozen(array)
 
 
@@ -57,7 +60,9 @@ def distinct(names: Sequence[str], what: str) -> tuple[str, ...]:
     """
     repeated = [name for name, n in Counter(names).items() if n > 1]
     if repeated:
-        raise InputError(f"{what} must have distinct names, but {', '.join(map(repr, repeated[:5]))} occurs more than once.")
+        raise InputError(
+            f"{what} must have distinct names, but {', '.join(map(repr, repeated[:5]))} occurs more than once."
+        )
     return tuple(str(name) for name in names)
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mien.core.arrays import Floats, Ints, distinct, floats
+from mien.core.arrays import Flags, Floats, Ints, distinct, floats
 from mien.core.errors import InputError
 from mien.core.mesh import SurfacePoints
 
@@ -39,7 +39,7 @@ class Correspondence:
     def __len__(self) -> int:
         return len(self.names)
 
-    def take(self, rows: Ints) -> Correspondence:
+    def take(self, rows: Ints | Flags) -> Correspondence:
         """Keep the pairs at `rows`."""
         assert self.confidence is not None
         ids = np.arange(len(self))[rows]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mien.core.arrays import Floats, Ints, distinct, floats
+from mien.core.arrays import Flags, Floats, Ints, distinct, floats
 from mien.core.clip import checked_fps
 from mien.core.errors import InputError, Note, unknown
 
@@ -32,7 +32,7 @@ class Markers:
         put = object.__setattr__
         put(self, "names", distinct(self.names, "markers"))
         points = floats(self.points, (None, len(self.names), 3), "marker positions", nan=True)
-        half_seen = np.isnan(points).any(axis=2) & ~np.isnan(points).all(axis=2)
+        half_seen = np.asarray(np.isnan(points).any(axis=2) & ~np.isnan(points).all(axis=2))
         if half_seen.any():
             points = np.where(half_seen[..., None], np.nan, points)
         put(self, "points", points)
@@ -42,9 +42,9 @@ class Markers:
         return len(self.points)
 
     @property
-    def seen(self) -> np.ndarray:
+    def seen(self) -> Flags:
         """`(F, M)` whether each marker was seen."""
-        return ~np.isnan(self.points[..., 0])
+        return np.asarray(~np.isnan(self.points[..., 0]))
 
     def index(self, names: Sequence[str]) -> Ints:
         """Return the columns of these markers.

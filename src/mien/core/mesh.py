@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from mien.core.arrays import Floats, Ints, floats, indices
+from mien.core.arrays import Flags, Floats, Ints, floats, indices
 from mien.core.errors import InputError
 
 
@@ -88,6 +88,6 @@ class SurfacePoints:
         """Interpolate per-vertex values, `(…, N, C)` to `(…, M, C)`."""
         return np.asarray(np.einsum("...mic,mi->...mc", values[..., self.corners, :], self.weights))
 
-    def take(self, rows: Ints) -> SurfacePoints:
+    def take(self, rows: Ints | Flags) -> SurfacePoints:
         """Keep the points at `rows` (indices or a boolean mask)."""
         return SurfacePoints(self.corners[rows], self.weights[rows])

@@ -46,7 +46,7 @@ class Blendshapes:
     @property
     def empty(self) -> tuple[str, ...]:
         """Names of the shapes that move nothing."""
-        still = ~self.deltas.any(axis=(1, 2))
+        still = np.asarray(~self.deltas.any(axis=(1, 2)))
         return tuple(name for name, s in zip(self.names, still, strict=True) if s)
 
 

@@ -105,7 +105,8 @@ def make_case(
         character: the rig, with landmarks.
         meanings: of the character's shapes in the actor's.
         pairs: with points on the actor.
-        training, test: recorded weights in any spelling of the actor's names; frames of NaN are left out.
+        training: recorded weights in any spelling of the actor's names; frames of NaN are left out.
+        test: the same, of the take to retarget.
         conditions: of the capture.
         stride: keep every so many frames of the test.
         neutral_known: whether the method is given the neutral or has to find it.

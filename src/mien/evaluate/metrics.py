@@ -42,7 +42,9 @@ class WeightFigures:
             so that shapes count by how much they move.
         correlation_each: the mean of their own correlations, so that each counts alike; 0 for a constant result.
         gain: slope through zero of result on truth, `Σ r t / Σ t²` over frames and moving shapes (1 is right).
-        per_shape_rmse, per_shape_correlation, per_shape_gain: `(K,)` the same, shape by shape; NaN where it does not move.
+        per_shape_rmse: `(K,)` the same, shape by shape; NaN where it does not move.
+        per_shape_correlation: `(K,)`.
+        per_shape_gain: `(K,)`.
         moving: `(K,)` which shapes count.
     """
 
@@ -81,7 +83,8 @@ def weight_figures(result: Floats, truth: Floats, counted: np.ndarray | None = N
     correlation[moving] = _correlations(r, t)
     gain[moving] = (r * t).sum(axis=0) / power
     if not moving.any():
-        return WeightFigures(*[float("nan")] * 4, rmse, correlation, gain, moving)
+        none = float("nan")
+        return WeightFigures(none, none, none, none, rmse, correlation, gain, moving)
     return WeightFigures(
         float(np.sqrt(((r - t) ** 2).mean())),
         float(_correlations((r - r.mean(axis=0)).reshape(-1, 1), (t - t.mean(axis=0)).reshape(-1, 1))[0]),
@@ -95,7 +98,7 @@ def weight_figures(result: Floats, truth: Floats, counted: np.ndarray | None = N
 
 
 def jerk_ratio(result: Floats, truth: Floats) -> float:
-    """Return the root-mean-square third difference of weights `(F, K)` over the truth's (1 is right, more is jitter)."""
+    """Return how jerky weights `(F, K)` are: root-mean-square third difference over the truth's (1 is right)."""
     _check_alike(result, truth)
     third = [np.sqrt((np.diff(w, 3, axis=0) ** 2).mean()) if len(w) > 3 else np.nan for w in (result, truth)]
     return float(third[0] / third[1]) if third[1] > 0 else float("nan")
@@ -110,7 +113,8 @@ def other_side(result: Floats, truth: Floats, sides: Sequence[tuple[int, int]]) 
     """Return how much of a one-sided expression appears on the other side (0 is right).
 
     Args:
-        result, truth: `(F, K)` weights.
+        result: `(F, K)` weights.
+        truth: `(F, K)` true weights.
         sides: columns of the left and right version of a shape.
 
     Returns:
@@ -137,7 +141,7 @@ def millimetre(rig: Rig) -> float:
     """
     if not rig.landmarks:
         raise InputError(
-            f"{rig.name} has no landmarks, so errors on it cannot be given in millimetres; put {rig.name}.landmarks.json beside it."
+            f"{rig.name} has no landmarks, so nothing says how large its head is; put {rig.name}.landmarks.json beside it."
         )
     points = np.concatenate([p.of(rig.neutral.vertices) for p in rig.landmarks.values()])
     return face_radius(points) / LANDMARK_RADIUS_MM
@@ -177,7 +181,8 @@ def vertex_error(surface: NDArray[np.float32], result: Floats, truth: Floats) ->
 
     Args:
         surface: as `moving_surface` returns it.
-        result, truth: `(F, K)` weights.
+        result: `(F, K)` weights.
+        truth: `(F, K)` true weights.
     """
     _check_alike(result, truth)
     if not surface.shape[2]:

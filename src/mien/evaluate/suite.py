@@ -23,6 +23,22 @@ from mien.retargeting.shape_retargeter import ShapeRetargeter, shape_retargeter
 TRUTHS = ("absolute", "range")
 FLOOR = "floor"
 """The actor's true shapes, solved like any method's: what no better shapes could improve on."""
+AVERAGED = (
+    "rmse",
+    "correlation",
+    "correlation_each",
+    "gain",
+    "vertex_mm",
+    "vertex_p95_mm",
+    "lid_mm",
+    "lip_mm",
+    "jerk",
+    "other_side",
+    "shapes",
+)
+"""The figures that a summary averages."""
+SAME = 0.005
+"""Errors that differ by less than this share are the same."""
 
 Shapes = Floats | Callable[[Prepared], Floats]
 
@@ -60,7 +76,7 @@ def run_suite(
     cases: Iterable[Case],
     methods: Sequence[str | Method],
     settings: Mapping[str, Any] | None = None,
-    progress: Callable[[Figures], None] = lambda figures: None,
+    progress: Callable[[Figures], None] = lambda _: None,
 ) -> list[Figures]:
     """Run every method on every case; a method that cannot play a case has no row."""
     rows = []
@@ -72,6 +88,29 @@ def run_suite(
                 continue
             progress(rows[-1])
     return rows
+
+
+def summary(rows: Sequence[Figures], truth: str = "range") -> list[Figures]:
+    """Return each method's figures averaged over the cases, and how it stands between `rbf` and the floor.
+
+    Args:
+        rows: as `run_suite` returns them.
+        truth: `absolute` or `range`.
+
+    Returns:
+        One row per method: means of the figures; `closed`, the share of the gap in vertex error
+        between `rbf` and the floor that it closes, the median over cases; and `worse`, in how
+        many cases its vertex error exceeds that of the better of `rbf` and `direct`.
+    """
+    errors: dict[str, dict[str, float]] = {}
+    for row in rows:
+        errors.setdefault(row["method"], {})[row["case"]] = row[truth].get("vertex_mm", np.nan)
+    result = []
+    for method, by_case in errors.items():
+        mine = [row for row in rows if row["method"] == method]
+        means = {key: _mean([row[truth].get(key) for row in mine]) for key in AVERAGED}
+        result.append({"method": method, "truth": truth, "cases": len(mine), **means, **_standing(by_case, errors)})
+    return result
 
 
 def compare(case: Case, clip: Clip, truth: str, shapes: Floats | None = None) -> Figures:
@@ -106,6 +145,21 @@ def _result(
         fitted = method.fit(case.character, case.training, case.pairs, neutral=case.neutral, head_moves=case.head_moves)
     clip, _ = fitted.retarget(case.test)
     return clip, fitted.shapes if isinstance(fitted, ShapeRetargeter) else None
+
+
+def _standing(mine: Mapping[str, float], errors: Mapping[str, Mapping[str, float]]) -> Figures:
+    """Compare a method's vertex errors by case with those of `rbf`, `direct` and the floor."""
+    rbf, direct, floor = (errors.get(name, {}) for name in ("rbf", "direct", FLOOR))
+    closed = [
+        (rbf[c] - e) / (rbf[c] - floor[c]) for c, e in mine.items() if c in rbf and c in floor and rbf[c] > floor[c]
+    ]
+    worse = [e > min(rbf[c], direct[c]) * (1 + SAME) for c, e in mine.items() if c in rbf and c in direct]
+    return {"closed": float(np.median(closed)) if closed else float("nan"), "worse": sum(worse)}
+
+
+def _mean(values: Sequence[float | None]) -> float:
+    known = [v for v in values if v is not None and np.isfinite(v)]
+    return float(np.mean(known)) if known else float("nan")
 
 
 def _solve(settings: Mapping[str, Any]) -> SolveSettings:

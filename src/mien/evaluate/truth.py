@@ -32,7 +32,8 @@ class Semantics:
 
     Attributes:
         parts: `(K, J)` the actor's own version of shape k is the sum of these shares of the actor's shapes.
-        drivers: `(K, J)` the weight of shape k is this mean of the actor's weights; rows sum to 1, or to 0 if nothing drives it.
+        drivers: `(K, J)` the weight of shape k is this mean of the actor's weights; a row sums to 1, or to 0 if
+            nothing drives the shape.
     """
 
     parts: Floats
@@ -41,7 +42,7 @@ class Semantics:
     @property
     def driven(self) -> np.ndarray:
         """`(K,)` whether the actor has something for each shape."""
-        return self.drivers.any(axis=1)
+        return np.asarray(self.drivers.any(axis=1))
 
 
 def semantics(

@@ -76,7 +76,7 @@ class Yardstick:
     @property
     def moving(self) -> np.ndarray:
         """`(K,)` the shapes that the figures about weights are over."""
-        return moving_shapes(self.weights) & self.counted
+        return np.asarray(moving_shapes(self.weights) & self.counted)
 
 
 def yardstick(rig: Rig, weights: Floats, counted: np.ndarray, unit: float) -> Yardstick:

@@ -1,0 +1,1 @@
+"""Mesh mathematics: pure functions of arrays."""

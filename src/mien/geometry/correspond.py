@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.distance import cdist
 
-from mien.core.arrays import Floats, Ints
+from mien.core.arrays import Flags, Floats, Ints
 from mien.core.errors import InputError
 from mien.core.mesh import Mesh, SurfacePoints
 from mien.core.units import face_radius
@@ -93,15 +93,15 @@ def place(actor: ActorPoints, actor_landmarks: Floats, target: Mesh, target_land
     along = distances_along(target, _nearest_corner(target_landmarks))
     seams = seam_pairs(landmarks, along[:, _nearest_corner(target_landmarks)], radius)
     sides = _sides(actor.to_landmarks, seams, landmarks, radius)
-    reached = np.isfinite(along).any(axis=0)  # not eyeballs, teeth or lashes: parts without a landmark
+    reached = np.asarray(np.isfinite(along).any(axis=0))  # not eyeballs, teeth or lashes: parts without a landmark
     along = np.where(reached, along, 0.0)
     corner_side = np.sign(along[seams[:, 1]] - along[seams[:, 0]])
     skin = reached[target.triangles].all(axis=1)
     facing = None if actor.normals is None else _warped_normals(warp.jacobian(actor.positions), actor.normals)
     normals = triangle_normals(target.vertices, target.triangles)
 
-    def passing(i: int) -> np.ndarray:
-        ok = skin.copy()
+    def passing(i: int) -> Flags:
+        ok = np.array(skin)
         if facing is not None:
             ok &= normals @ facing[i] > 0.2
         for s in np.flatnonzero(sides[i]):
@@ -110,19 +110,19 @@ def place(actor: ActorPoints, actor_landmarks: Floats, target: Mesh, target_land
 
     corners, weights = points.corners.copy(), points.weights.copy()
     aside, lost = [], []
-    for i in np.flatnonzero(actor.landmark < 0):
+    for i in np.flatnonzero(actor.landmark < 0).tolist():
         ok = passing(i)
         if ok[where[i]]:
             continue
         if not ok.any():
-            lost.append(int(i))
+            lost.append(i)
             continue
         near, d, _ = closest_points(target.vertices, target.triangles[ok], warped[i : i + 1])
         if d[0] > distance[i] + 0.5 * radius:
-            lost.append(int(i))
+            lost.append(i)
             continue
         corners[i], weights[i], distance[i] = near.corners[0], near.weights[0], d[0]
-        aside.append(int(i))
+        aside.append(i)
     confidence = np.exp(-((distance / (0.1 * radius)) ** 2))
     confidence[lost] = 0
     known = np.flatnonzero(actor.landmark >= 0)
@@ -140,10 +140,10 @@ def seam_pairs(landmarks: Floats, along: Floats, radius: float) -> Ints:
         along: `(L, L)` distances along the skin.
         radius: the face's radius.
     """
-    apart = cdist(landmarks, landmarks)
+    apart: Floats = cdist(landmarks, landmarks)
     faces = (apart < SEAM_REACH * radius) & (along > SEAM_RATIO * apart) & np.isfinite(along)
     faces &= along - apart > SEAM_DETOUR * radius
-    return np.argwhere(np.triu(faces, 1))
+    return np.asarray(np.argwhere(np.triu(faces, 1)))
 
 
 def _sides(to_landmarks: Floats, seams: Ints, landmarks: Floats, radius: float) -> Ints:
@@ -199,13 +199,15 @@ def spread_points(mesh: Mesh, landmarks: SurfacePoints, count: int) -> SurfacePo
     along = distances_along(mesh, _nearest_corner(landmarks)).min(axis=0)
     near = np.flatnonzero(along < 0.6 * radius)
     normals = vertex_normals(mesh.vertices, mesh.triangles)
-    outside = visible_from(mesh, mesh.vertices[near], normals[near], _views(placed, normals[_nearest_corner(landmarks)]))
+    outside = visible_from(mesh, mesh.vertices[near], normals[near], _views(normals[_nearest_corner(landmarks)]))
     near = near[outside > 0.25]
     gap = cdist(mesh.vertices[near], placed).min(axis=1)
     chosen: list[int] = []
     for _ in range(max(0, count - len(placed))):
         if not len(gap) or gap.max() <= 1e-6 * radius:
-            raise InputError(f"only {len(placed) + len(chosen)} distinct points of this face can be paired, {count} were asked for.")
+            raise InputError(
+                f"only {len(placed) + len(chosen)} distinct points of this face can be paired, {count} were asked for."
+            )
         best = int(np.argmax(gap))
         chosen.append(int(near[best]))
         gap = np.minimum(gap, np.linalg.norm(mesh.vertices[near] - mesh.vertices[near[best]], axis=1))
@@ -214,7 +216,7 @@ def spread_points(mesh: Mesh, landmarks: SurfacePoints, count: int) -> SurfacePo
     return SurfacePoints(corners, np.vstack([landmarks.weights, extra.weights])[:count])
 
 
-def _views(landmarks: Floats, normals: Floats) -> Floats:
+def _views(normals: Floats) -> Floats:
     """Nine viewing directions around the way the face looks."""
     ahead = unit(normals.mean(axis=0))
     across, up = np.linalg.svd(ahead[None])[2][1:]

@@ -17,7 +17,7 @@ from mien.core.mesh import Mesh, SurfacePoints
 def triangle_normals(vertices: Floats, triangles: Ints) -> Floats:
     """Return `(T, 3)` unit normals; zero for a triangle without area."""
     a, b, c = (vertices[triangles[:, i]] for i in range(3))
-    return unit(np.cross(b - a, c - a))
+    return unit(np.asarray(np.cross(b - a, c - a)))
 
 
 def vertex_normals(vertices: Floats, triangles: Ints) -> Floats:
@@ -34,7 +34,7 @@ def vertex_normals(vertices: Floats, triangles: Ints) -> Floats:
 def unit(vectors: Floats) -> Floats:
     """Scale `(…, 3)` vectors to length 1; zero stays zero."""
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0)
+    return np.asarray(np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0))
 
 
 def closest_points(vertices: Floats, triangles: Ints, queries: Floats) -> tuple[SurfacePoints, Floats, Ints]:

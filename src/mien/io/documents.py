@@ -36,7 +36,9 @@ def read_landmarks(path: Path) -> dict[str, Spot]:
         raise FileError(f'{path} names no landmarks; give {{"landmarks": {{"chin_tip": {{"vertex": 123}}, …}}}}.')
     for name, spot in landmarks.items():
         if not isinstance(spot, dict) or not {"vertex", "triangle", "position", "marker"} & set(spot):
-            raise FileError(f"{path}: landmark {name!r} needs a vertex, a triangle, a position or a marker, but is {_short(spot)}.")
+            raise FileError(
+                f"{path}: landmark {name!r} needs a vertex, a triangle, a position or a marker, but is {_short(spot)}."
+            )
     return landmarks
 
 
@@ -68,7 +70,9 @@ def landmarks_on_markers(spots: Mapping[str, Spot], markers: Markers, neutral: F
     for name, spot in spots.items():
         if "marker" in spot:
             if spot["marker"] not in markers.names:
-                raise FileError(f"{path}: landmark {name!r} is at an {unknown('marker', str(spot['marker']), markers.names)}")
+                raise FileError(
+                    f"{path}: landmark {name!r} is at an {unknown('marker', str(spot['marker']), markers.names)}"
+                )
             found[name] = neutral[markers.names.index(spot["marker"])]
         elif "position" in spot:
             found[name] = _numbers(spot["position"], 3, f"{path}: the position of landmark {name!r}")
@@ -80,7 +84,9 @@ def landmarks_on_markers(spots: Mapping[str, Spot], markers: Markers, neutral: F
     return found
 
 
-def read_pairs(path: Path, target: Mesh, markers: Sequence[str] | None = None, source: Mesh | None = None) -> Correspondence:
+def read_pairs(
+    path: Path, target: Mesh, markers: Sequence[str] | None = None, source: Mesh | None = None
+) -> Correspondence:
     """Read a `mien-pairs` file.
 
     Args:
@@ -133,7 +139,9 @@ def write_pairs(path: Path, pairs: Correspondence, target: Mesh, source: Mesh | 
         rows.append(row)
     lines = ",\n  ".join(json.dumps(row) for row in rows)
     with written_whole(path) as temporary:
-        temporary.write_text(f'{{"format": "mien-pairs", "version": 1,\n "pairs": [\n  {lines}\n ]}}\n', encoding="utf-8")
+        temporary.write_text(
+            f'{{"format": "mien-pairs", "version": 1,\n "pairs": [\n  {lines}\n ]}}\n', encoding="utf-8"
+        )
 
 
 def read_examples(path: Path) -> Examples:
@@ -204,7 +212,9 @@ def _spot(value: Any, mesh_name: str | None = None) -> Spot:
 
 def _on_mesh(spot: Spot, mesh: Mesh, where: str) -> SurfacePoints:
     if not isinstance(spot, Mapping):
-        raise FileError(f"{where} must be a vertex number or a triangle with barycentric weights, but is {_short(spot)}.")
+        raise FileError(
+            f"{where} must be a vertex number or a triangle with barycentric weights, but is {_short(spot)}."
+        )
     if "vertex" in spot:
         members = _part(mesh, spot.get("mesh"), where)
         vertex = _whole(spot["vertex"], len(members), f"{where}: vertex")
@@ -243,7 +253,9 @@ def _say(point: SurfacePoints, mesh: Mesh) -> Any:
         return int(corners[np.argmax(weights)])
     row = np.flatnonzero((mesh.triangles == corners).all(axis=1))
     if not len(row):
-        raise InputError(f"a pair lies on the vertices {corners.tolist()}, which are no triangle of the mesh; it cannot be written.")
+        raise InputError(
+            f"a pair lies on the vertices {corners.tolist()}, which are no triangle of the mesh; it cannot be written."
+        )
     return {"triangle": int(row[0]), "barycentric": [round(float(w), 9) for w in weights]}
 
 

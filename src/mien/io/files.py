@@ -31,7 +31,9 @@ def read_bytes(path: Path) -> bytes:
         raise FileError(f"{path} is empty (0 bytes); export or download it again.")
     start = content[:200].lstrip().lower()
     if path.suffix.lower() not in {".html", ".htm"} and start.startswith((b"<!doctype html", b"<html")):
-        raise FileError(f"{path} is a web page, not a {path.suffix or 'data'} file: the download failed; fetch it again.")
+        raise FileError(
+            f"{path} is a web page, not a {path.suffix or 'data'} file: the download failed; fetch it again."
+        )
     return content
 
 

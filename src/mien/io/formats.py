@@ -55,7 +55,13 @@ FORMATS: tuple[Format, ...] = (
         write_clip=livelink.write_clip,
         claims=livelink.is_livelink,
     ),
-    Format("weights", (".csv",), "frame, time and one column per channel", read_clip=weights.read_clip, write_clip=weights.write_clip),
+    Format(
+        "weights",
+        (".csv",),
+        "frame, time and one column per channel",
+        read_clip=weights.read_clip,
+        write_clip=weights.write_clip,
+    ),
     Format("npz", (".npz",), "NumPy arrays of channels", read_clip=npz.read_clip, write_clip=npz.write_clip),
 )
 
@@ -71,7 +77,9 @@ def format_of(path: Path) -> Format:
         if suffix in row.suffixes and (not path.exists() or row.claims(path)):
             return row
     known = ", ".join(sorted({s for row in FORMATS for s in row.suffixes if s}))
-    raise FileError(f"{path}: no format has the suffix {suffix or '(none)'!r}. Known suffixes: {known}, or a folder of .obj.")
+    raise FileError(
+        f"{path}: no format has the suffix {suffix or '(none)'!r}. Known suffixes: {known}, or a folder of .obj."
+    )
 
 
 def read_rig(path: Path) -> Rig:

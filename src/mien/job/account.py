@@ -15,7 +15,7 @@ from mien.io.files import written_whole
 from mien.job.outputs import REPORTS
 from mien.job.retarget import Result
 from mien.look import plots
-from mien.look.page import Figure, Notes, Prose, Section, Table, page
+from mien.look.page import Figure, Notes, Section, Table, page
 from mien.look.portrait import Portrait
 from mien.look.raster import Dots, Picture
 from mien.look.sheet import Labelled, Row, png, sheet, telling_frames
@@ -51,7 +51,9 @@ def sections(result: Result) -> list[Section]:
         found += _curves(result)
         found += _alignment(result.retargeter, result)
     else:
-        found.append(Figure(plots.as_svg(plots.weight_curves(result.clip)), "The most active shapes.", "Weights over time"))
+        found.append(
+            Figure(plots.as_svg(plots.weight_curves(result.clip)), "The most active shapes.", "Weights over time")
+        )
     return found
 
 
@@ -69,7 +71,9 @@ def side_by_side(result: Result) -> Figure:
             rows.append(Row("actor", tuple(Labelled(p) for p in actor[part])))
         cells = tuple(Labelled(p, text) for p, text in zip(character[part], labels[part], strict=True))
         rows.append(Row(result.character.name if len(result.character.name) < 18 else "character", cells))
-    caption = "Actor above, character below, at the most different frames of the take. Head motion is taken out of both."
+    caption = (
+        "Actor above, character below, at the most different frames of the take. Head motion is taken out of both."
+    )
     return Figure(png(sheet(rows)), caption, "Side by side")
 
 
@@ -121,7 +125,12 @@ def _overview(result: Result) -> Table:
     if result.pairs is not None:
         rows.append(("pairs", str(len(result.pairs))))
     if account["fit"]["rms_mm"] is not None:
-        rows.append(("fit", f"{account['fit']['rms_mm']:.2f} mm root mean square, worst frame {account['fit']['max_mm']:.2f} mm"))
+        rows.append(
+            (
+                "fit",
+                f"{account['fit']['rms_mm']:.2f} mm root mean square, worst frame {account['fit']['max_mm']:.2f} mm",
+            )
+        )
     if account["gain"] is not None:
         rows.append(("gain", f"{account['gain']:.3f} (fitted movement over the actor's; 1 is right)"))
     if account.get("neutral_frame") is not None:
@@ -150,8 +159,12 @@ def _curves(result: Result) -> list[Section]:
 def _alignment(retargeter: ShapeRetargeter, result: Result) -> list[Section]:
     found: list[Section] = []
     if retargeter.evidence:
-        caption = "The best correlation of each shape with a frame of the training take. Shapes near 0 were never shown."
-        found.append(Figure(plots.as_svg(plots.bars(retargeter.evidence, "best similarity in the take")), caption, "Evidence"))
+        caption = (
+            "The best correlation of each shape with a frame of the training take. Shapes near 0 were never shown."
+        )
+        found.append(
+            Figure(plots.as_svg(plots.bars(retargeter.evidence, "best similarity in the take")), caption, "Evidence")
+        )
     alignment = retargeter.alignment
     if alignment is None:
         return found

@@ -28,5 +28,10 @@ def renamed(clip: Clip, vocabulary: str | None) -> tuple[Clip, tuple[Note, ...]]
         raise InputError(f"no channel of the clip ({', '.join(clip.names[:6])} …) has a counterpart in {vocabulary}.")
     notes = []
     if found.unmatched_source:
-        notes.append(Note("channels-unused", f"{len(found.unmatched_source)} channels have no counterpart: {', '.join(found.unmatched_source[:12])}."))
+        notes.append(
+            Note(
+                "channels-unused",
+                f"{len(found.unmatched_source)} channels have no counterpart: {', '.join(found.unmatched_source[:12])}.",
+            )
+        )
     return replace(clip, names=found.target, values=np.asarray(found.apply(clip.values))), tuple(notes)

@@ -65,7 +65,9 @@ def write_outputs(
     Raises:
         MienError: one of them cannot be written.
     """
-    in_parts = [path for path in outputs if path.suffix.lower() == ".gltf"]  # named by its .bin, so written in place, last
+    in_parts = [
+        path for path in outputs if path.suffix.lower() == ".gltf"
+    ]  # named by its .bin, so written in place, last
     whole = [path for path in outputs if path not in in_parts]
     with _written_together([*whole, *([report] if report else [])]) as places:
         if report is not None:

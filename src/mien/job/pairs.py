@@ -129,7 +129,9 @@ def _apart(points: Floats) -> np.ndarray:
     return keep
 
 
-def _shared(source: dict[str, object] | dict[str, Floats] | dict[str, SurfacePoints], target: dict[str, SurfacePoints]) -> list[str]:
+def _shared(
+    source: dict[str, object] | dict[str, Floats] | dict[str, SurfacePoints], target: dict[str, SurfacePoints]
+) -> list[str]:
     shared = [name for name in source if name in target]
     if len(shared) < 4:
         raise FileError(
@@ -144,9 +146,14 @@ def _notes(result: Placement, names: tuple[str, ...]) -> tuple[Note, ...]:
     if result.moved_aside:
         listed = ", ".join(names[i] for i in result.moved_aside[:8])
         notes.append(
-            Note("pairs-moved", f"{len(result.moved_aside)} points were nearest to the wrong side of a lip or lid and were moved: {listed}.")
+            Note(
+                "pairs-moved",
+                f"{len(result.moved_aside)} points were nearest to the wrong side of a lip or lid and were moved: {listed}.",
+            )
         )
     if result.lost:
         listed = ", ".join(names[i] for i in result.lost[:8])
-        notes.append(Note("pairs-lost", f"{len(result.lost)} points found no place on the character and are left out: {listed}."))
+        notes.append(
+            Note("pairs-lost", f"{len(result.lost)} points found no place on the character and are left out: {listed}.")
+        )
     return tuple(notes)

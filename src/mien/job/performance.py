@@ -45,7 +45,9 @@ class Performance:
         if self.markers is not None:
             return self.markers
         if self.clip is None or self.actor is None or pairs.source is None:
-            raise InputError(f"{self.path} holds weights; to follow points the actor's rig is needed: give it with --actor.")
+            raise InputError(
+                f"{self.path} holds weights; to follow points the actor's rig is needed: give it with --actor."
+            )
         return trace(self.actor, self.clip, pairs.source, pairs.names)
 
     def neutral(self, pairs: Correspondence, given: str | None = None) -> Neutral | None:
@@ -120,7 +122,9 @@ def load_performance(path: Path, actor: Path | None = None) -> Performance:
     if not path.exists():
         raise FileError(f"{path} does not exist.")
     if row.read_clip is None:
-        raise FileError(f"{path} holds {row.about}: a face, but no performance. Give markers, an animated mesh or weights.")
+        raise FileError(
+            f"{path} holds {row.about}: a face, but no performance. Give markers, an animated mesh or weights."
+        )
     clip = _checked(path, read_clip(path))
     if actor is None:
         return Performance(path, clip=clip)
@@ -157,7 +161,9 @@ def _on_actor(path: Path, clip: Clip, rig: Rig) -> Performance:
             f"no channel of {path} ({', '.join(clip.names[:5])} …) is a shape of the actor {rig.name} "
             f"({', '.join(rig.blendshapes.names[:5])} …); give the rig that the performance was captured with."
         )
-    values = np.where(np.isnan(clip.values).any(axis=1, keepdims=True), np.nan, np.nan_to_num(clip.values) @ found.matrix.T)
+    values = np.where(
+        np.isnan(clip.values).any(axis=1, keepdims=True), np.nan, np.nan_to_num(clip.values) @ found.matrix.T
+    )
     return Performance(path, clip=replace(clip, names=rig.blendshapes.names, values=values), actor=rig)
 
 

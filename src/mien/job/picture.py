@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import cast
 
 import numpy as np
 
@@ -45,7 +44,7 @@ def picture(
     if suffix not in PICTURES:
         raise FileError(f"cannot write {output}: pictures are .png, films .mp4.")
     rig = read_rig(file)
-    seen = cast(View, view)
+    seen: View = view
     motion = _motion(file, clip)
     if suffix == ".mp4":
         if motion is None:

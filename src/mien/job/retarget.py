@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from mien.core import Clip, Correspondence, Examples, InputError, Markers, Note, Report, Rig
+from mien.core import Clip, Correspondence, InputError, Markers, Note, Report, Rig
 from mien.core.arrays import Floats
 from mien.io.documents import read_examples
 from mien.io.formats import read_rig
@@ -147,14 +147,20 @@ def _check_training(performance: Performance, training: Performance) -> None:
 
 def _copied(request: Request, performance: Performance, character: Rig, timing: dict[str, float]) -> Result:
     if request.method not in ("copy", "range-of-motion"):
-        raise InputError(f"the method {request.method!r} needs points in space, but {request.performance} holds weights; give --actor.")
+        raise InputError(
+            f"the method {request.method!r} needs points in space, but {request.performance} holds weights; give --actor."
+        )
     if performance.clip is None:
-        raise InputError(f"the method 'copy' maps weights to weights, but {request.performance} holds markers; use range-of-motion.")
+        raise InputError(
+            f"the method 'copy' maps weights to weights, but {request.performance} holds markers; use range-of-motion."
+        )
     copier = METHODS["copy"]().fit(character, performance.clip)
     clip, report = copier.retarget(performance.clip)
     notes = report.notes
     if request.method != "copy":
-        text = "no actor's rig was given (--actor), so weights were copied by name; intensities are the performance's own."
+        text = (
+            "no actor's rig was given (--actor), so weights were copied by name; intensities are the performance's own."
+        )
         notes = (Note("copied-by-name", text, str(request.performance)), *notes)
     if not request.head:
         clip = replace(clip, head=None)

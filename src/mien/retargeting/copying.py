@@ -37,7 +37,12 @@ class Copier:
         if lost:
             notes.append(Note("frames-held", f"{lost} frames without tracking hold the last good frame."))
         clip = Clip(
-            self.names, values @ self.matrix.T, performance.fps, performance.head, performance.eyes, start=performance.start
+            self.names,
+            values @ self.matrix.T,
+            performance.fps,
+            performance.head,
+            performance.eyes,
+            start=performance.start,
         )
         return clip, Report("copy", np.zeros(0), notes=tuple(notes))
 
@@ -77,7 +82,9 @@ class Copy:
         """
         del pairs, neutral, rigid, head_moves, examples
         if not isinstance(training, Clip):
-            raise InputError("the method 'copy' maps weights to weights, but the performance is markers; use range-of-motion.")
+            raise InputError(
+                "the method 'copy' maps weights to weights, but the performance is markers; use range-of-motion."
+            )
         found = match(training.names, character.blendshapes.names)
         if not found.matrix.any():
             raise InputError(
@@ -90,7 +97,9 @@ class Copy:
             ("shapes-undriven", "shapes of the character have no channel", found.unmatched_target),
         ):
             if names:
-                notes.append(Note(code, f"{len(names)} {side}: {', '.join(names[:12])}{' …' if len(names) > 12 else ''}."))
+                notes.append(
+                    Note(code, f"{len(names)} {side}: {', '.join(names[:12])}{' …' if len(names) > 12 else ''}.")
+                )
         return Copier(training.names, character.blendshapes.names, found.matrix, tuple(notes))
 
 

@@ -58,7 +58,9 @@ class SolveSettings:
             if not (np.isfinite(value) and value >= 0):
                 raise InputError(f"{name} must be a number of at least 0, but is {value}.")
         if self.bounds is not None and not self.bounds[0] <= 0 <= self.bounds[1]:
-            raise InputError(f"the bounds must enclose 0 (the neutral), but are {self.bounds[0]:g} … {self.bounds[1]:g}.")
+            raise InputError(
+                f"the bounds must enclose 0 (the neutral), but are {self.bounds[0]:g} … {self.bounds[1]:g}."
+            )
 
     def as_dict(self) -> dict[str, Any]:
         """Return the settings by name, ready for JSON."""
@@ -166,7 +168,9 @@ def frame_solver(
     """
     k = len(names)
     symmetric = pair_indices(names, settings.symmetric)
-    regular = 2 * settings.prior * bent + symmetric_penalty(k, [(int(a), int(b)) for a, b in symmetric], settings.symmetry)
+    regular = 2 * settings.prior * bent + symmetric_penalty(
+        k, [(int(a), int(b)) for a, b in symmetric], settings.symmetry
+    )
     l1 = np.full(k, settings.sparsity / k)
     for name, factor in settings.shape_sparsity.items():
         if name not in names:

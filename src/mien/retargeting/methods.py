@@ -77,4 +77,6 @@ def _as_kind(key: str, value: Any, current: Any) -> Any:
         raise InputError(f"{key} must be a {type(current).__name__}, but is {value!r}.") from None
     if isinstance(current, str):
         return value
-    raise InputError(f"{key} is not a single number, so it cannot be set to {value!r}; give it by its own option or from Python.")
+    raise InputError(
+        f"{key} is not a single number, so it cannot be set to {value!r}; give it by its own option or from Python."
+    )

@@ -70,7 +70,9 @@ def prepare(
     if head_moves:
         known = [pairs.names.index(name) for name in rigid if name in pairs.names]
         if rigid and len(known) < 3:
-            raise InputError(f"of the rigid markers {', '.join(rigid)}, only {len(known)} are paired; at least 3 must be.")
+            raise InputError(
+                f"of the rigid markers {', '.join(rigid)}, only {len(known)} are paired; at least 3 must be."
+            )
         stabiliser = learn_stabiliser(rest.points, markers.points, known)
         still, _ = stabiliser(markers.points)
     take = (still - rest.points) / terms.centimetre
@@ -91,20 +93,32 @@ def _check_character(character: Rig) -> None:
             "export it with its shapes, or give another character."
         )
     if len(shapes.empty) == len(shapes):
-        raise InputError(f"all {len(shapes)} blendshapes of {character.name} are empty; the export lost their displacements.")
+        raise InputError(
+            f"all {len(shapes)} blendshapes of {character.name} are empty; the export lost their displacements."
+        )
 
 
 def _usable(pairs: Correspondence, training: Markers) -> tuple[Correspondence, tuple[Note, ...]]:
     """Leave out pairs whose marker the take never sees, or whose place on the character is a guess."""
     training.index(pairs.names)
-    seen = training.only(pairs.names).seen.any(axis=0)
+    seen = np.asarray(training.only(pairs.names).seen.any(axis=0))
     sure = np.asarray(pairs.confidence) > 0
     notes = []
     for what, keep in (("never-seen", seen), ("no-place", sure)):
         names = [n for n, k in zip(pairs.names, keep, strict=True) if not k]
         if names:
-            why = "its marker is never seen in the take" if what == "never-seen" else "no place on the character passed the checks"
-            notes.append(Note(f"pairs-{what}", f"{len(names)} pairs are left out because {why}: {', '.join(names[:8])}.", names[0]))
+            why = (
+                "its marker is never seen in the take"
+                if what == "never-seen"
+                else "no place on the character passed the checks"
+            )
+            notes.append(
+                Note(
+                    f"pairs-{what}", f"{len(names)} pairs are left out because {why}: {', '.join(names[:8])}.", names[0]
+                )
+            )
     if (seen & sure).sum() < 4:
-        raise InputError(f"only {(seen & sure).sum()} of {len(pairs)} pairs are usable; at least 4, spread over the face, are needed.")
+        raise InputError(
+            f"only {(seen & sure).sum()} of {len(pairs)} pairs are usable; at least 4, spread over the face, are needed."
+        )
     return pairs.take(seen & sure), tuple(notes)

@@ -1,4 +1,7 @@
-"""`rbf`: the initial guess alone, the character's shapes warped onto the actor (Seol et al. 2012's proportion matching)."""
+"""`rbf`: the initial guess alone, the character's shapes warped onto the actor.
+
+The proportion matching of Seol et al. 2012.
+"""
 
 from __future__ import annotations
 

@@ -6,8 +6,8 @@ take and a live stream give the same weights.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -129,7 +129,9 @@ class ShapeRetargeter:
             "missing_samples": int((~seen).sum()),
             "kkt_residual": residual,
             "active_per_frame": round(float((np.abs(weights) > 1e-4).sum(axis=1).mean()), 3),
-            "largest_weight": {n: round(float(w), 4) for n, w in zip(self.names, np.quantile(weights, 0.99, axis=0), strict=True)},
+            "largest_weight": {
+                n: round(float(w), 4) for n, w in zip(self.names, np.quantile(weights, 0.99, axis=0), strict=True)
+            },
         }
         return Report(
             self.method,
@@ -173,14 +175,20 @@ def shape_retargeter(
     )
 
 
-def check_markers(training: Markers | Clip, pairs: Correspondence | None, method: str) -> tuple[Markers, Correspondence]:
+def check_markers(
+    training: Markers | Clip, pairs: Correspondence | None, method: str
+) -> tuple[Markers, Correspondence]:
     """Return the take and the pairs, once it is sure that both are there.
 
     Raises:
         InputError: the performance is weights without an actor's rig, or there are no pairs.
     """
     if not isinstance(training, Markers):
-        raise InputError(f"the method {method!r} needs points in space, but the performance is weights; give the actor's rig with --actor.")
+        raise InputError(
+            f"the method {method!r} needs points in space, but the performance is weights; give the actor's rig with --actor."
+        )
     if pairs is None:
-        raise InputError(f"the method {method!r} needs to know which marker is which point of the character; give --pairs or --landmarks.")
+        raise InputError(
+            f"the method {method!r} needs to know which marker is which point of the character; give --pairs or --landmarks."
+        )
     return training, pairs

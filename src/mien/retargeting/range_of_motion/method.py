@@ -66,7 +66,9 @@ class RangeOfMotion:
     """
 
     name: ClassVar[str] = "range-of-motion"
-    about: ClassVar[str] = "the character's shapes aligned with the actor's range of motion, no examples (Ribera et al. 2017)"
+    about: ClassVar[str] = (
+        "the character's shapes aligned with the actor's range of motion, no examples (Ribera et al. 2017)"
+    )
     needs: ClassVar[str] = "markers or an animated face, pairs or landmarks"
 
     presets: ClassVar[Mapping[str, Mapping[str, Any]]] = {"paper": {"mesh": 0.01, "cross": 0.1, "keep": 0.0, **PAPER}}
@@ -109,14 +111,18 @@ class RangeOfMotion:
         prepared = prepare(character, take, correspondence, neutral=neutral, rigid=rigid, head_moves=head_moves)
         alignment = self.align(prepared, character.blendshapes.names, examples)
         evidence, notes = evidence_of(alignment, prepared.terms.deltas, character.blendshapes.names)
-        return shape_retargeter(self.name, character, prepared, alignment.personal, self.solve, evidence, notes, alignment)
+        return shape_retargeter(
+            self.name, character, prepared, alignment.personal, self.solve, evidence, notes, alignment
+        )
 
     def align(self, prepared: Prepared, names: Sequence[str], examples: Examples | None = None) -> Alignment:
         """Find the actor's own blendshapes: similarity, key expressions, alignment (§4)."""
         shapes = prepared.terms.deltas
         seen = ~np.isnan(prepared.take).any(axis=(1, 2))
         if not seen.any():
-            raise InputError("every frame of the training take misses some paired marker; leave the worst markers out of the pairs.")
+            raise InputError(
+                "every frame of the training take misses some paired marker; leave the worst markers out of the pairs."
+            )
         frames = np.flatnonzero(seen)
         alike = similarity(prepared.take[frames], shapes, self.steepness)
         enhanced, labelled = _with_examples(alike.enhanced, frames, names, examples)
@@ -136,7 +142,10 @@ class RangeOfMotion:
         solution = solve_sylvester(problem.left, problem.right, problem.load, problem.guess)
         count = len(prepared.take)
         kept = Similarity(
-            _over_take(alike.correlation, frames, count), alike.trust, _over_take(enhanced, frames, count), alike.between
+            _over_take(alike.correlation, frames, count),
+            alike.trust,
+            _over_take(enhanced, frames, count),
+            alike.between,
         )
         found = Keys(frames[chosen], _over_take(keys.cumulative, frames, count))
         return Alignment(kept, found, shapes, guess, solution.P, solution.residual)
@@ -147,7 +156,9 @@ def marker_laplacian(neutral: Floats) -> sparse.csr_matrix:
     return cotangent_laplacian(neutral, triangulate_markers(neutral))
 
 
-def evidence_of(alignment: Alignment, shapes: Floats, names: Sequence[str]) -> tuple[dict[str, float], tuple[Note, ...]]:
+def evidence_of(
+    alignment: Alignment, shapes: Floats, names: Sequence[str]
+) -> tuple[dict[str, float], tuple[Note, ...]]:
     """Say how well the take shows each shape: its best correlation with a key expression.
 
     Returns:
@@ -162,9 +173,13 @@ def evidence_of(alignment: Alignment, shapes: Floats, names: Sequence[str]) -> t
     blind = [n for n, u in zip(names, unseen, strict=True) if u]
     weak = [n for n, b, u in zip(names, best, unseen, strict=True) if b < WEAK_EVIDENCE and not u]
     if blind:
-        notes.append(Note("shapes-unseen", f"{len(blind)} shapes move no paired point and stay at rest: {', '.join(blind)}."))
+        notes.append(
+            Note("shapes-unseen", f"{len(blind)} shapes move no paired point and stay at rest: {', '.join(blind)}.")
+        )
     if weak:
-        text = f"{len(weak)} shapes are not shown by the training take and rest on the initial guess: {', '.join(weak)}."
+        text = (
+            f"{len(weak)} shapes are not shown by the training take and rest on the initial guess: {', '.join(weak)}."
+        )
         notes.append(Note("shapes-without-evidence", text))
     return {n: round(float(b), 4) for n, b in zip(names, best, strict=True)}, tuple(notes)
 
