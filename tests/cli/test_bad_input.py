@@ -136,7 +136,7 @@ def character_with_only_empty_shapes(f: SmallFiles) -> Args:
     return rig_with(f, ("a", "b"), np.zeros((2, 576, 3)))
 
 
-@case("finite")
+@case("face.glb", "NaN or infinity")
 def character_with_nan_vertices(f: SmallFiles) -> Args:
     content = f["face.glb"].read_bytes()
     vertices = face().neutral.vertices[:9].astype("<f4").tobytes()

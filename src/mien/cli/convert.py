@@ -26,12 +26,12 @@ def convert(
     from mien.cli.say import console, print_json, print_notes
     from mien.io.formats import read_clip, write_clip
     from mien.job.convert import renamed
-    from mien.job.outputs import check_outputs
+    from mien.job.outputs import check_outputs, losses
 
     check_outputs([output], [source], csv_format=csv_format)
     clip, notes = renamed(read_clip(source), to)
     write_clip(output, clip, to=csv_format if output.suffix.lower() == ".csv" else None)
-    notes = (*clip.notes, *notes)
+    notes = (*clip.notes, *notes, *losses(clip, [output], csv_format))
     if json:
         print_json({"frames": len(clip), "channels": list(clip.names), "warnings": [vars(note) for note in notes]})
     elif not quiet:

@@ -73,7 +73,7 @@ def retarget(
     """
     from mien.cli.parse import assignments, pair_names, prior_weights
     from mien.cli.say import print_json, stages
-    from mien.job.outputs import check_outputs, inputs_of, write_outputs
+    from mien.job.outputs import check_outputs, inputs_of, with_losses, write_outputs
     from mien.job.retarget import Request, run
 
     settings = assignments(set_ or [])
@@ -102,7 +102,7 @@ def retarget(
     )
     check_outputs(output, inputs_of(request), report=report, csv_format=csv_format)
     with stages(quiet) as stage:
-        result = run(request, stage)
+        result = with_losses(run(request, stage), output, csv_format)
         stage("write")
         write_outputs(result, output, csv_format, report)
     if json:

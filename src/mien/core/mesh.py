@@ -21,7 +21,7 @@ class Mesh:
     Attributes:
         vertices: `(N, 3)` positions [m].
         triangles: `(T, 3)` vertex indices, counter-clockwise from outside.
-        uv: `(T, 3, 2)` texture coordinates per corner, or None.
+        uv: `(T, 3, 2)` texture coordinates per corner, (0, 0) at the top left as in glTF, or None.
         faces: the polygons as the file had them, for writing; None if triangles.
         groups: vertex indices of each named part (`head`, `teeth`, …).
 

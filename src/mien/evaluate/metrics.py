@@ -16,8 +16,10 @@ from mien.core import InputError, Rig
 from mien.core.arrays import Floats
 from mien.core.units import face_radius
 
+HEAD_M = 0.23
+"""Errors are given on a head of this size from chin to crown …"""
 LANDMARK_RADIUS_MM = 51.0
-"""Root-mean-square distance of the facial landmarks from their centre on a head of 23 cm from chin to crown."""
+"""… whose facial landmarks are this far from their centre, root mean square (MakeHuman's adult is 22.9 cm)."""
 MOVES = 0.1
 """A shape moves in a take if the 99th percentile of its weight, either way, reaches this."""
 MOVING_MM = 1.0

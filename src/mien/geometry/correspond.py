@@ -161,7 +161,7 @@ def _warped_normals(jacobian: Floats, normals: Floats) -> Floats:
 
 
 def _nearest_corner(points: SurfacePoints) -> Ints:
-    return points.corners[np.arange(len(points)), np.argmax(points.weights, axis=1)]
+    return np.asarray(points.corners[np.arange(len(points)), np.argmax(points.weights, axis=1)])
 
 
 def marker_points(markers: Floats, landmarks: Floats) -> ActorPoints:

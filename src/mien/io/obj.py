@@ -41,7 +41,7 @@ def read_mesh(path: Path, scale: float = 1.0) -> Mesh:
     uv = None
     if (faces.texture >= 0).any():
         texture = np.hstack([texture, np.zeros((len(texture), 1))])[:, :2]
-        uv = np.vstack([texture, np.zeros((1, 2))])[faces.texture][corners]
+        uv = _flipped(np.vstack([texture, np.zeros((1, 2))]))[faces.texture][corners]
     polygons = None if (faces.sizes == 3).all() else faces.polygons()
     try:
         return Mesh(vertices, triangles, uv, polygons, groups)
@@ -178,7 +178,7 @@ def _surface(mesh: Mesh) -> str:
     lines: list[str] = []
     ends: list[str] | None = None
     if mesh.uv is not None:
-        unique, places = np.unique(mesh.uv.reshape(-1, 2), axis=0, return_inverse=True)
+        unique, places = np.unique(_flipped(mesh.uv.reshape(-1, 2)), axis=0, return_inverse=True)
         lines += [f"vt {u!r} {v!r}" for u, v in unique.tolist()]
         ends = [f"/{place + 1}" for place in places.ravel().tolist()]
     current = ""
@@ -210,3 +210,8 @@ def _groups_of_faces(mesh: Mesh, polygons: Sequence[tuple[int, ...]]) -> list[st
             for i in np.flatnonzero(np.logical_and.reduceat(inside[flat], starts)).tolist():
                 names[i].append("_".join(name.split()) or "unnamed")
     return [" ".join(groups) for groups in names]
+
+
+def _flipped(uv: Floats) -> Floats:
+    """Turn texture coordinates between OBJ's, which count up from the bottom, and glTF's, from the top."""
+    return np.asarray(uv * [1, -1] + [0, 1])

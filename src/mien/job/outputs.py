@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from pathlib import Path
 
-from mien.core import FileError
+from mien.core import Clip, FileError, Note
 from mien.core.errors import unknown
 from mien.io.files import written_whole
 from mien.io.formats import FORMATS, write_clip
 from mien.job.retarget import Request, Result
+from mien.vocabularies import ARKIT_NAMES, match
 
 CSV_FORMATS = tuple(row.name for row in FORMATS if ".csv" in row.suffixes and row.write_clip)
 REPORTS = (".html", ".htm", ".json")
@@ -77,6 +79,24 @@ def write_outputs(
         for path in [*whole, *in_parts]:
             to = csv_format if path.suffix.lower() == ".csv" else None
             write_clip(places.get(path, path), result.clip, result.character, to=to)
+
+
+def with_losses(result: Result, outputs: Sequence[Path], csv_format: str) -> Result:
+    """Add to the report what the outputs' formats cannot hold."""
+    notes = losses(result.clip, outputs, csv_format)
+    return replace(result, report=replace(result.report, notes=(*result.report.notes, *notes)))
+
+
+def losses(clip: Clip, outputs: Sequence[Path], csv_format: str) -> tuple[Note, ...]:
+    """Say which channels a Live Link Face file has no column for."""
+    if csv_format != "livelink":
+        return ()
+    left = match(clip.names, ARKIT_NAMES).unmatched_source
+    where = [str(path) for path in outputs if path.suffix.lower() == ".csv"]
+    if not left or not where:
+        return ()
+    text = f"{len(left)} channels have no column in a Live Link Face file and are left out: {', '.join(left[:12])}."
+    return (Note("channels-left-out", text, where[0]),)
 
 
 def inputs_of(request: Request) -> list[Path]:
