@@ -74,7 +74,9 @@ def assignment(text: str) -> tuple[str, Any]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--quick", action="store_true", help=f"{len(QUICK)} cases, every {STRIDE}th frame")
+    parser.add_argument(
+        "--quick", action="store_true", help=f"{len(QUICK)} cases, the vertex error at every {STRIDE}th frame"
+    )
     parser.add_argument("--cases", nargs="*", default=[], help="only cases whose names hold all these words")
     parser.add_argument("--methods", nargs="*", default=[FLOOR, *METHODS], help="which methods")
     parser.add_argument("--set", nargs="*", default=[], type=assignment, dest="settings", help="KEY=VALUE of methods")

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from mien.core import FileError
+from mien.core import Blendshapes, FileError
+from mien.io import gltf
 from tests.cli.running import contents, mien
 from tests.job.small_files import FEW_SHAPES, SmallFiles, write_small_files
+from tests.retargeting.actors import face
 
 
 @pytest.fixture
@@ -77,20 +80,25 @@ def test_a_failure_while_writing_leaves_nothing(
     assert contents(tmp_path) == before
 
 
-def test_livelink_that_cannot_hold_the_character_leaves_nothing(files: SmallFiles, tmp_path: Path) -> None:
-    from dataclasses import replace
-
-    from mien.core import Blendshapes
-    from mien.io import gltf
-    from tests.retargeting.actors import face
-
+@pytest.mark.parametrize(
+    ("first", "layout", "said"),
+    [
+        ("control", "livelink", "ARKit"),
+        ("time", "weights", "'time'"),
+        ("", "weights", "''"),
+        ("two\nlines", "weights", "lines"),
+    ],
+)
+def test_a_layout_that_cannot_hold_the_shapes_leaves_nothing(
+    first: str, layout: str, said: str, files: SmallFiles, tmp_path: Path
+) -> None:
     rig = face()
-    names = tuple(f"control{i}" for i in range(6))
+    names = (first, *(f"control{i}" for i in range(5)))
     gltf.write_rig(files["face.glb"], replace(rig, blendshapes=Blendshapes(names, rig.blendshapes.deltas)))
     before = contents(tmp_path)
-    done = mien(*words(files, ["o.glb", "o.npz", "o.csv"], "--csv-format", "livelink"))
+    done = mien(*words(files, ["o.glb", "o.npz", "o.csv"], "--csv-format", layout))
     assert done.code == 1
-    assert "ARKit" in done.err
+    assert said in done.err
     assert contents(tmp_path) == before
 
 

@@ -87,7 +87,9 @@ def test_a_landmark_that_is_nonsense_is_refused_by_name(spot: Any, path: Path) -
         landmarks_on_mesh(read_landmarks(landmarks(path, {"here": spot})), MESH, path)
 
 
-@pytest.mark.parametrize("spot", [{"vertex": 3}, {"marker": "Chinn"}, {"marker": None}, {"marker": []}, {"position": [1]}])
+@pytest.mark.parametrize(
+    "spot", [{"vertex": 3}, {"marker": "Chinn"}, {"marker": None}, {"marker": []}, {"position": [1]}]
+)
 def test_a_landmark_that_is_no_marker_is_refused_by_name(spot: Any, path: Path) -> None:
     take = Markers(NAMES, np.zeros((1, 4, 3)), 60.0)
     with pytest.raises(FileError, match=r"file\.json.*'here'"):
@@ -95,7 +97,19 @@ def test_a_landmark_that_is_no_marker_is_refused_by_name(spot: Any, path: Path) 
 
 
 @pytest.mark.parametrize(
-    "document", ["{", "[]", "5", '"text"', "null", "1" * 5000, {"format": "mien-pairs"}, {"version": 2}, {"landmarks": []}, {"landmarks": {}}]
+    "document",
+    [
+        "{",
+        "[]",
+        "5",
+        '"text"',
+        "null",
+        "1" * 5000,
+        {"format": "mien-pairs"},
+        {"version": 2},
+        {"landmarks": []},
+        {"landmarks": {}},
+    ],
 )
 def test_what_is_no_landmark_file_is_refused(document: Any, path: Path) -> None:
     with pytest.raises(FileError, match=r"file\.json"):
@@ -105,7 +119,9 @@ def test_what_is_no_landmark_file_is_refused(document: Any, path: Path) -> None:
 def test_pairs_of_markers_come_back(path: Path, rng: np.random.Generator) -> None:
     weights = rng.dirichlet([1, 1, 1], 4)
     weights[0] = [0, 1, 0]
-    made = Correspondence(NAMES, SurfacePoints(MESH.triangles[[3, 9, 20, 41]], weights), None, np.array([1, 0.5, 0, 1.0]))
+    made = Correspondence(
+        NAMES, SurfacePoints(MESH.triangles[[3, 9, 20, 41]], weights), None, np.array([1, 0.5, 0, 1.0])
+    )
     write_pairs(path, made, MESH)
     found = read_pairs(path, MESH, NAMES)
     assert found.names == NAMES
@@ -227,7 +243,11 @@ def test_examples_that_are_nonsense_are_refused(suffix: str, text: str, tmp_path
     ("suffix", "make", "read"),
     [
         (".json", lambda p: landmarks(p, {"a": {"vertex": 1}, "b": {"triangle": 3}}), read_landmarks),
-        (".json", lambda p: pairs(p, [{"source": n, "target": i} for i, n in enumerate(NAMES)]), lambda p: read_pairs(p, MESH, NAMES)),
+        (
+            ".json",
+            lambda p: pairs(p, [{"source": n, "target": i} for i, n in enumerate(NAMES)]),
+            lambda p: read_pairs(p, MESH, NAMES),
+        ),
         (".csv", lambda p: written(p, TABLES[".csv"]), read_examples),
         (".json", lambda p: written(p, TABLES[".json"]), read_examples),
     ],

@@ -19,7 +19,7 @@ FRAMES = 120
 POINTS = points_on(face())
 NAMES = tuple(f"m{i}" for i in range(len(POINTS)))
 FEW_SHAPES = "sparsity=0.001"
-"""The default sparsity is per shape; a face of six small ones would be held still by it."""
+"""Weak enough for a face of six small shapes to act fully."""
 LANDMARKS = {
     name: int(POINTS.corners[i, 0]) for name, i in zip("abcdefgh", (0, 6, 10, 24, 31, 38, 42, 48), strict=True)
 }

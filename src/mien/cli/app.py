@@ -7,7 +7,7 @@ import sys
 
 import typer
 
-from mien.cli import convert, demo, inspect, methods, pairs, render, retarget
+from mien.cli import convert, demo, evaluate, inspect, methods, pairs, render, retarget
 from mien.core.errors import MienError
 
 app = typer.Typer(
@@ -24,6 +24,7 @@ for command in (
     pairs.pairs,
     inspect.inspect,
     convert.convert,
+    evaluate.evaluate,
     render.render,
     methods.methods,
     demo.demo,

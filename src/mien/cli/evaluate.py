@@ -26,7 +26,8 @@ def evaluate(
     result: Annotated[Path, typer.Argument(help="Weights to judge: .csv, .npz or an animated .glb.")],
     truth: Annotated[Path, typer.Argument(help="The true weights of the same performance.")],
     character: Annotated[
-        Path | None, typer.Option(help="The rig both play on, for errors in millimetres (landmarks beside it are used).")
+        Path | None,
+        typer.Option(help="The rig both play on, for errors in millimetres (landmarks beside it are used)."),
     ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print as JSON, shape by shape.")] = False,
     quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Print the figures, but no remarks.")] = False,
@@ -59,7 +60,7 @@ def _print(frames: int, figures: dict[str, Any]) -> None:
     for title, key, remark in LINES:
         value = figures.get(key)
         if value is not None and value == value:
-            out.print(f"  {title:22}{value:8.3f}   {remark}".rstrip(), markup=False)
+            out.print(f"  {title:22}{value:8.3f}   {remark}".rstrip())
 
 
 def _plain(value: Any) -> Any:

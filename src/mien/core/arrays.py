@@ -56,8 +56,13 @@ def distinct(names: Sequence[str], what: str) -> tuple[str, ...]:
     """Return `names` as a tuple, after checking that none repeats.
 
     Raises:
-        InputError: a name occurs twice.
+        InputError: a name occurs twice, or holds half a character (a lone surrogate), which no file can be written with.
     """
+    broken = next((name for name in names if str(name).encode("utf-8", "replace").decode() != str(name)), None)
+    if broken is not None:
+        raise InputError(
+            f"{what} must have names that are whole text, but {broken!a} holds half a character; rename it."
+        )
     repeated = [name for name, n in Counter(names).items() if n > 1]
     if repeated:
         raise InputError(

@@ -32,9 +32,14 @@ class Correspondence:
         put(self, "names", distinct(self.names, "pairs"))
         m = len(self.names)
         if len(self.target) != m or (self.source is not None and len(self.source) != m):
-            raise InputError(f"{m} pair names do not match {len(self.target)} target points.")
-        confidence = np.ones(m) if self.confidence is None else self.confidence
-        put(self, "confidence", floats(confidence, (m,), "pair confidences"))
+            points = len(self.target) if len(self.target) != m or self.source is None else len(self.source)
+            raise InputError(f"{m} pair names do not match {points} points.")
+        confidence = floats(np.ones(m) if self.confidence is None else self.confidence, (m,), "pair confidences")
+        if ((confidence < 0) | (confidence > 1)).any():
+            raise InputError(
+                f"pair confidences must be between 0 and 1, but reach from {confidence.min():g} to {confidence.max():g}."
+            )
+        put(self, "confidence", confidence)
 
     def __len__(self) -> int:
         return len(self.names)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -40,7 +41,7 @@ class Report:
     def as_json(self) -> dict[str, Any]:
         """Return the `mien-report` document (see the file formats page)."""
         seen = self.fit_mm[np.isfinite(self.fit_mm)]
-        return {
+        document = {
             "format": "mien-report",
             "version": 1,
             "method": self.method,
@@ -49,10 +50,20 @@ class Report:
                 "max_mm": float(seen.max()) if seen.size else None,
                 "per_frame_mm": [round(float(x), 4) if np.isfinite(x) else None for x in self.fit_mm],
             },
-            "gain": self.gain if np.isfinite(self.gain) else None,
+            "gain": self.gain,
             "evidence": dict(self.evidence),
             "settings": dict(self.settings),
             **self.figures,
             "warnings": [{"code": n.code, "message": n.message, "where": n.where} for n in self.notes],
             "timing_s": dict(self.timing_s),
         }
+        return {key: _finite(value) for key, value in document.items()}
+
+
+def _finite(value: Any) -> Any:
+    """Replace numbers that JSON does not know by None."""
+    if isinstance(value, Mapping):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

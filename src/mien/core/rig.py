@@ -68,7 +68,9 @@ class Skeleton:
         put = object.__setattr__
         j = len(self.names)
         put(self, "names", tuple(str(n) for n in self.names))
-        put(self, "parents", indices(np.asarray(self.parents) + 1, (j,), j + 1, "joint parents") - 1)
+        parents = indices(np.asarray(self.parents) + 1, (j,), j + 1, "joint parents") - 1
+        parents.flags.writeable = False
+        put(self, "parents", parents)
         put(self, "rest", floats(self.rest, (j, 4, 4), "joint rest matrices"))
 
 

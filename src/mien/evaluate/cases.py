@@ -15,6 +15,7 @@ from mien.evaluate.metrics import millimetre
 from mien.evaluate.truth import Semantics, shown_range
 from mien.evaluate.yardstick import Yardstick, yardstick
 from mien.geometry.correspond import mesh_points, place, spread_points
+from mien.io.documents import join
 from mien.retargeting.prepare import Prepared, prepare
 from mien.vocabularies import match
 
@@ -45,6 +46,7 @@ class Case:
         range_shapes: the same at the full range of the training take.
         seen: `(K,)` shapes that the actor has and that move a paired point.
         shown: `(K,)` those among them that the training take shows.
+        stride: the vertex error, which takes longest, is measured every so many frames.
     """
 
     name: str
@@ -62,6 +64,7 @@ class Case:
     range_shapes: Floats
     seen: np.ndarray
     shown: np.ndarray
+    stride: int = 1
 
     @cached_property
     def prepared(self) -> Prepared:
@@ -74,7 +77,7 @@ class Case:
         unit = millimetre(self.character)
         truths = {"absolute": (self.truth, self.seen), "range": (self.truth_range, self.shown)}
         return {
-            name: yardstick(self.character, np.asarray(clip.values), counted, unit)
+            name: yardstick(self.character, np.asarray(clip.values), counted, unit, self.stride)
             for name, (clip, counted) in truths.items()
         }
 
@@ -108,7 +111,7 @@ def make_case(
         training: recorded weights in any spelling of the actor's names; frames of NaN are left out.
         test: the same, of the take to retarget.
         conditions: of the capture.
-        stride: keep every so many frames of the test.
+        stride: measure the vertex error every so many frames.
         neutral_known: whether the method is given the neutral or has to find it.
 
     Raises:
@@ -125,8 +128,8 @@ def make_case(
     }
     full, shown = shown_range(played["training"].values)
     seen = meanings.driven & visible(character, pairs)
-    kept = _thinned(_tracked(test), stride)
-    weights = played["test"].values[::stride]
+    kept = _tracked(test)
+    weights = np.asarray(played["test"].values)
     names = character.blendshapes.names
     deltas = pairs.source.of(actor.blendshapes.deltas)
     return Case(
@@ -135,7 +138,7 @@ def make_case(
         character,
         pairs,
         takes["training"],
-        replace(takes["test"], points=takes["test"].points[::stride], fps=test.fps / stride),
+        takes["test"],
         Neutral(pairs.source.of(actor.neutral.vertices), None, float("nan")) if neutral_known else None,
         conditions.head,
         kept,
@@ -145,6 +148,7 @@ def make_case(
         np.tensordot(meanings.parts * full, deltas, axes=1),
         seen,
         seen & ~((meanings.drivers > 0) & ~shown).any(axis=1),
+        stride,
     )
 
 
@@ -173,7 +177,7 @@ def same_vertices(character: Rig, count: int) -> Correspondence:
     Of the evenly spread points with the landmarks among them, the `count` farthest from
     each other are taken, beginning at the tip of the nose.
     """
-    landmarks = _joined(character)
+    landmarks = join(list(character.landmarks.values()))
     spread = spread_points(character.neutral, landmarks, max(count, len(landmarks) + 1))
     points = spread.take(_farthest(spread.of(character.neutral.vertices), count))
     return Correspondence(tuple(f"m{i:02d}" for i in range(count)), points, points)
@@ -182,7 +186,7 @@ def same_vertices(character: Rig, count: int) -> Correspondence:
 def across(actor: Rig, character: Rig, count: int) -> Correspondence:
     """Pair an actor with a character of another topology through their landmarks."""
     shared = [name for name in actor.landmarks if name in character.landmarks]
-    mine, theirs = _joined(actor, shared), _joined(character, shared)
+    mine, theirs = join([actor.landmarks[n] for n in shared]), join([character.landmarks[n] for n in shared])
     points = spread_points(actor.neutral, mine, max(count, len(shared) + 1))
     placed = place(mesh_points(actor.neutral, points, mine), mine.of(actor.neutral.vertices), character.neutral, theirs)
     corners, weights = placed.points.corners.copy(), placed.points.weights.copy()
@@ -210,15 +214,6 @@ def _farthest(points: Floats, count: int) -> Ints:
     return np.sort(np.array(chosen, dtype=np.int64))
 
 
-def _joined(rig: Rig, names: list[str] | None = None) -> SurfacePoints:
-    points = [rig.landmarks[name] for name in names or rig.landmarks]
-    return SurfacePoints(np.vstack([p.corners for p in points]), np.vstack([p.weights for p in points]))
-
-
 def _tracked(clip: Clip) -> Clip:
     good = ~np.isnan(clip.values).any(axis=1)
     return Clip(clip.names, clip.values[good], clip.fps)
-
-
-def _thinned(clip: Clip, stride: int) -> Clip:
-    return Clip(clip.names, clip.values[::stride], clip.fps / stride)

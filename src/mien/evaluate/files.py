@@ -81,7 +81,11 @@ def _named(clip: Clip, names: tuple[str, ...], path: Path, notes: list[Note]) ->
         )
     if found.unmatched_target:
         listed = ", ".join(found.unmatched_target[:12]) + (" …" if len(found.unmatched_target) > 12 else "")
-        notes.append(Note("shapes-absent", f"{len(found.unmatched_target)} shapes are absent and count as 0: {listed}.", str(path)))
+        notes.append(
+            Note(
+                "shapes-absent", f"{len(found.unmatched_target)} shapes are absent and count as 0: {listed}.", str(path)
+            )
+        )
     return found.apply(np.asarray(clip.values))
 
 

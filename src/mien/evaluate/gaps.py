@@ -12,9 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mien.core import Rig, SurfacePoints
+from mien.core import Rig
 from mien.core.arrays import Floats
 from mien.geometry.surface import unit
+from mien.io.documents import join
 
 RIGHT_LIDS = ((37, 41), (38, 40))
 LEFT_LIDS = ((43, 47), (44, 46))
@@ -79,7 +80,7 @@ def gaps(rig: Rig, weights: Floats, millimetre: float) -> Gaps | None:
     rows = (*RIGHT_LIDS, *LEFT_LIDS, *LIPS)
     if not all(f"ibug_{n}" in rig.landmarks for row in rows for n in row):
         return None
-    upper, lower = (_joined(rig, [f"ibug_{row[i]}" for row in rows]) for i in (0, 1))
+    upper, lower = (join([rig.landmarks[f"ibug_{row[i]}"] for row in rows]) for i in (0, 1))
     rest_up, rest_low = upper.of(rig.neutral.vertices), lower.of(rig.neutral.vertices)
     up = unit(unit(rest_up[:4] - rest_low[:4]).mean(axis=0))
     deltas = rig.blendshapes.deltas
@@ -116,8 +117,3 @@ def gap_figures(result: Gaps, truth: Gaps) -> GapFigures:
 
 def _mean_and_p95(values: Floats) -> tuple[float, float]:
     return (float(values.mean()), float(np.quantile(values, 0.95))) if values.size else (float("nan"), float("nan"))
-
-
-def _joined(rig: Rig, names: list[str]) -> SurfacePoints:
-    points = [rig.landmarks[name] for name in names]
-    return SurfacePoints(np.vstack([p.corners for p in points]), np.vstack([p.weights for p in points]))

@@ -28,7 +28,7 @@ ACTIVE = 1e-3
 """A weight above this, either way, is active."""
 ONE_SIDE, SILENT = 0.3, 0.1
 """An expression is one-sided while one side is above the first and the other below the second."""
-MOST_VERTICES = 4000
+MOST_VERTICES = 2000
 """Denser surfaces are measured at every so many of their vertices."""
 CHUNK = 128
 """Frames posed at a time, so that long takes need little memory."""

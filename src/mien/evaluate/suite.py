@@ -14,13 +14,15 @@ from mien.core.arrays import Floats
 from mien.evaluate.cases import Case
 from mien.evaluate.metrics import active_per_frame, shape_error
 from mien.evaluate.yardstick import Figures
-from mien.retargeting import make_method
+from mien.retargeting import make_method, parameters
 from mien.retargeting.energy import SolveSettings
 from mien.retargeting.method import Method
 from mien.retargeting.prepare import Prepared
 from mien.retargeting.shape_retargeter import ShapeRetargeter, shape_retargeter
+from mien.vocabularies import match
 
 TRUTHS = ("absolute", "range")
+COPY = "copy"
 FLOOR = "floor"
 """The actor's true shapes, solved like any method's: what no better shapes could improve on."""
 AVERAGED = (
@@ -64,7 +66,7 @@ def run_case(case: Case, method: str | Method | Shapes, settings: Mapping[str, A
     start = time.perf_counter()
     figures: Figures = {"case": case.name, "method": _named(method)}
     for truth in TRUTHS:
-        if truth == TRUTHS[0] or method == FLOOR:
+        if truth == TRUTHS[0] or (isinstance(method, str) and method == FLOOR):
             clip, shapes = _result(case, method, dict(settings or {}), truth)
         figures[truth] = compare(case, clip, truth, shapes)
     figures["active"] = active_per_frame(clip.values)
@@ -78,14 +80,27 @@ def run_suite(
     settings: Mapping[str, Any] | None = None,
     progress: Callable[[Figures], None] = lambda _: None,
 ) -> list[Figures]:
-    """Run every method on every case; a method that cannot play a case has no row."""
+    """Run every method on every case.
+
+    Args:
+        cases: the cases.
+        methods: names or methods; `copy` has no row for a case without shared names.
+        settings: parameters; each method takes those it has.
+        progress: called with each row as it is made.
+
+    Raises:
+        InputError: no method has a parameter of that name.
+    """
+    given = {index: _applicable(method, settings or {}) for index, method in enumerate(methods)}
+    for key in settings or {}:
+        if not any(key in taken for taken in given.values()):
+            raise InputError(f"none of the methods {', '.join(map(_named, methods))} has a parameter {key!r}.")
     rows = []
     for case in cases:
-        for method in methods:
-            try:
-                rows.append(run_case(case, method, settings))
-            except InputError:
+        for index, method in enumerate(methods):
+            if method == COPY and not match(case.recording.names, case.character.blendshapes.names).matrix.any():
                 continue
+            rows.append(run_case(case, method, given[index]))
             progress(rows[-1])
     return rows
 
@@ -132,12 +147,11 @@ def compare(case: Case, clip: Clip, truth: str, shapes: Floats | None = None) ->
 def _result(
     case: Case, method: str | Method | Shapes, settings: dict[str, Any], truth: str
 ) -> tuple[Clip, Floats | None]:
-    if method == FLOOR:
-        method = case.shapes(truth)
-    if isinstance(method, str) and method == "copy":
-        return make_method(method, settings).fit(case.character, case.recording).retarget(case.recording)[0], None
+    """Return the weights for the test take, and the actor's shapes they were found with."""
+    if isinstance(method, str) and method == COPY:
+        return make_method(COPY, settings).fit(case.character, case.recording).retarget(case.recording)[0], None
     if isinstance(method, str):
-        method = make_method(method, settings)
+        method = case.shapes(truth) if method == FLOOR else make_method(method, settings)
     if isinstance(method, np.ndarray) or callable(method):
         shapes = method(case.prepared) if callable(method) else method
         fitted: Any = shape_retargeter("shapes", case.character, case.prepared, shapes, _solve(settings))
@@ -160,6 +174,18 @@ def _standing(mine: Mapping[str, float], errors: Mapping[str, Mapping[str, float
 def _mean(values: Sequence[float | None]) -> float:
     known = [v for v in values if v is not None and np.isfinite(v)]
     return float(np.mean(known)) if known else float("nan")
+
+
+def _applicable(method: str | Method, settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Return those settings that a method has."""
+    if method == FLOOR:
+        known = {f.name for f in fields(SolveSettings)}
+    elif isinstance(method, str):
+        made = make_method(method)
+        known = {*parameters(made), *(["preset"] if hasattr(made, "presets") else [])}
+    else:
+        known = set()
+    return {key: value for key, value in settings.items() if key in known}
 
 
 def _solve(settings: Mapping[str, Any]) -> SolveSettings:

@@ -38,6 +38,7 @@ class Yardstick:
         unit: length of a millimetre on it, were its head 23 cm tall.
         surface: its moving vertices, see `moving_surface`.
         gaps: of its lids and lips; None without landmarks.
+        stride: the surface is measured every so many frames.
     """
 
     names: tuple[str, ...]
@@ -47,6 +48,7 @@ class Yardstick:
     unit: float = 1.0
     surface: NDArray[np.float32] | None = None
     gaps: Gaps | None = None
+    stride: int = 1
 
     def measure(self, result: Floats) -> Figures:
         """Return the figures of a result `(F, K)` by name: what `mien evaluate` prints.
@@ -65,7 +67,7 @@ class Yardstick:
             "other_side": other_side(result, self.weights, sides(self.names)),
         }
         if self.rig is not None and self.surface is not None:
-            surface = vertex_error(self.surface, result, self.weights)
+            surface = vertex_error(self.surface, result[:: self.stride], self.weights[:: self.stride])
             figures |= {"vertex_mm": surface.mean_mm, "vertex_p95_mm": surface.p95_mm}
         if self.rig is not None and self.gaps is not None:
             measured = gaps(self.rig, result, self.unit)
@@ -79,7 +81,7 @@ class Yardstick:
         return np.asarray(moving_shapes(self.weights) & self.counted)
 
 
-def yardstick(rig: Rig, weights: Floats, counted: np.ndarray, unit: float) -> Yardstick:
+def yardstick(rig: Rig, weights: Floats, counted: np.ndarray, unit: float, stride: int = 1) -> Yardstick:
     """Prepare a truth on a character.
 
     Args:
@@ -87,9 +89,10 @@ def yardstick(rig: Rig, weights: Floats, counted: np.ndarray, unit: float) -> Ya
         weights: `(F, K)` its true weights.
         counted: `(K,)` shapes that count in the figures about weights.
         unit: length of a millimetre on it, see `metrics.millimetre`.
+        stride: measure the surface every so many frames.
     """
-    surface = moving_surface(rig, weights, unit)
-    return Yardstick(rig.blendshapes.names, weights, counted, rig, unit, surface, gaps(rig, weights, unit))
+    surface = moving_surface(rig, weights[::stride], unit)
+    return Yardstick(rig.blendshapes.names, weights, counted, rig, unit, surface, gaps(rig, weights, unit), stride)
 
 
 def sides(names: Sequence[str]) -> list[tuple[int, int]]:

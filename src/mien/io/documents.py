@@ -261,7 +261,9 @@ def _say(point: SurfacePoints, mesh: Mesh) -> Any:
 
 def _whole(value: Any, count: int, what: str) -> int:
     if not isinstance(value, int) or isinstance(value, bool) or not 0 <= value < count:
-        raise FileError(f"{what} {_short(value)} does not exist: the mesh has {f'0 … {count - 1}' if count else 'none'}.")
+        raise FileError(
+            f"{what} {_short(value)} does not exist: the mesh has {f'0 … {count - 1}' if count else 'none'}."
+        )
     return value
 
 

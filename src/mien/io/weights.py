@@ -19,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mien.core import Clip, FileError, Note, Rig
+from mien.core import Clip, FileError, InputError, Note, Rig
 from mien.core.arrays import Floats
 from mien.io.files import read_text, written_whole
 from mien.io.table import is_number, numbers, ranges, rate_of, separator_of
@@ -65,9 +65,15 @@ def write_clip(path: Path, clip: Clip, rig: Rig | None = None) -> None:
         rig: not used; the signature is that of every clip writer.
 
     Raises:
+        InputError: a channel's name would be no column, or that of the frame or the time.
         FileError: the file cannot be written.
     """
     del rig
+    wrong = [name for name in clip.names if name.strip().lower() in {"", "frame", "time"} or len(name.splitlines()) > 1]
+    if wrong:
+        raise InputError(
+            f"cannot write {path}: a column cannot be named {wrong[0]!r}; rename the shape, or write .npz."
+        )
     text = StringIO()
     csv.writer(text, lineterminator="\n").writerow(["frame", "time", *clip.names])
     values = np.round(np.column_stack([clip.start + np.arange(len(clip)) / clip.fps, clip.values]), DECIMALS) + 0.0
