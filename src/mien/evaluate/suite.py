@@ -15,9 +15,9 @@ from mien.evaluate.cases import Case
 from mien.evaluate.metrics import active_per_frame, shape_error
 from mien.evaluate.yardstick import Figures
 from mien.retargeting import make_method, parameters
-from mien.retargeting.energy import SolveSettings
 from mien.retargeting.method import Method
 from mien.retargeting.prepare import Prepared
+from mien.retargeting.settings import SolveSettings
 from mien.retargeting.shape_retargeter import ShapeRetargeter, shape_retargeter
 from mien.vocabularies import match
 

@@ -291,10 +291,12 @@ def as_png(figure: Figure, dpi: int = 150) -> bytes:
 
 def _figure(width: float, height: float, title: str) -> Figure:
     try:
+        from matplotlib import rcParams
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
     except ImportError:
         raise MissingPackage("a diagram", "matplotlib", "look") from None
+    rcParams["text.parse_math"] = False  # names of shapes are not formulas, whatever signs they hold
     figure = Figure(figsize=(width, height), layout="constrained")
     FigureCanvasAgg(figure)
     if title:

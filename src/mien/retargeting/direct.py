@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 from mien.core.arrays import Floats
-from mien.retargeting.energy import SolveSettings
 from mien.retargeting.guess import GuessMethod
+from mien.retargeting.settings import SolveSettings
 from mien.retargeting.terms import Terms
 
 

@@ -11,64 +11,21 @@ is one `K × K` Gram matrix and one `K`-vector: a lasso in a fixed matrix.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
-from mien.core import InputError, Mesh, Rig
-from mien.core.arrays import Floats, Ints
+from mien.core import InputError
+from mien.core.arrays import Flags, Floats, Ints
 from mien.core.errors import unknown
-from mien.geometry.laplacian import cotangent_laplacian
+from mien.retargeting.settings import SolveSettings
 from mien.solve import LassoProblem, solve_lasso, symmetric_penalty
 
-
-@dataclass(frozen=True)
-class SolveSettings:
-    """The knobs of the per-frame solve.
-
-    The defaults are those that measure best (docs/accuracy.md); `PAPER` holds the published ones.
-
-    Attributes:
-        prior: µ, how strongly bending of the character's surface is avoided.
-        sparsity: ν, how strongly small weights are pulled to exactly zero; weakens expressions.
-        smooth: resistance to change from frame to frame; a held pose is held at any value.
-        bounds: lowest and highest weight, or None for no bounds (the paper's choice).
-        shape_sparsity: per-shape factors on ν, by name.
-        exclusive: pairs of shapes that are never active together.
-        symmetric: pairs of shapes drawn towards equal weights.
-        symmetry: how strongly.
-    """
-
-    prior: float = 0.0
-    sparsity: float = 0.002
-    smooth: float = 0.005
-    bounds: tuple[float, float] | None = (0.0, 1.0)
-    shape_sparsity: Mapping[str, float] = field(default_factory=dict)
-    exclusive: Sequence[tuple[str, str]] = ()
-    symmetric: Sequence[tuple[str, str]] = ()
-    symmetry: float = 0.1
-
-    def __post_init__(self) -> None:
-        for name in ("prior", "sparsity", "smooth", "symmetry"):
-            value = getattr(self, name)
-            if not (np.isfinite(value) and value >= 0):
-                raise InputError(f"{name} must be a number of at least 0, but is {value}.")
-        if self.bounds is not None and not self.bounds[0] <= 0 <= self.bounds[1]:
-            raise InputError(
-                f"the bounds must enclose 0 (the neutral), but are {self.bounds[0]:g} … {self.bounds[1]:g}."
-            )
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the settings by name, ready for JSON."""
-        return asdict(self)
-
-
-PAPER: Mapping[str, Any] = {"prior": 0.3, "sparsity": 0.6, "smooth": 0.0, "bounds": None}
-"""µ and ν as published (Ribera et al. 2017, §5): no bounds, no smoothing."""
+RATE = 30.0
+"""The frame rate for which the smoothness is stated."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,6 +37,7 @@ class FrameSolver:
         confidence: `(M,)` how much each marker counts.
         regular: `(K, K)` prior and symmetry as a quadratic form, as added to the Gram matrix.
         l1: `(K,)` ν/K times each shape's factor.
+        lower, upper: `(K,)` bounds of the weights.
         exclusive: `(P, 2)` pairs never active together.
         settings: as asked for.
     """
@@ -88,23 +46,25 @@ class FrameSolver:
     confidence: Floats
     regular: Floats
     l1: Floats
+    lower: Floats
+    upper: Floats
     exclusive: Ints
     settings: SolveSettings
 
-    def problem(self, seen: np.ndarray) -> tuple[LassoProblem, Floats]:
+    def problem(self, seen: Flags) -> tuple[LassoProblem, Floats]:
         """Return the problem for frames that see these markers `(M,)`, and `2/M Δp` for its data vectors."""
         weight = np.where(seen, self.confidence, 0.0)
         scaled = self.shapes * (2 * weight / max(weight.sum(), 1e-12))[:, None]
         k = len(self.shapes)
         gram = scaled.reshape(k, -1) @ self.shapes.reshape(k, -1).T + self.regular
-        low, high = self.settings.bounds or (-np.inf, np.inf)
-        return LassoProblem(gram, self.l1, np.array(low), np.array(high), self.exclusive), scaled.reshape(k, -1)
+        return LassoProblem(gram, self.l1, self.lower, self.upper, self.exclusive), scaled.reshape(k, -1)
 
-    def batch(self, take: Floats) -> tuple[Floats, float]:
+    def batch(self, take: Floats, fps: float = RATE) -> tuple[Floats, float]:
         """Solve a take frame after frame, each from the one before.
 
         Args:
             take: `(F, M, 3)` displacements [cm]; NaN where a marker is missing.
+            fps: frames per second, for the smoothness.
 
         Returns:
             `(F, K)` weights, and the largest KKT residual. A frame that sees nothing holds
@@ -124,27 +84,31 @@ class FrameSolver:
             if key not in problems:
                 problems[key] = self.problem(seen[begin])
             problem, scaled = problems[key]
-            solved = solve_lasso(problem, data[begin:end] @ scaled.T, before, smoothness=self.settings.smooth)
+            solved = solve_lasso(problem, data[begin:end] @ scaled.T, before, smoothness=self._smoothness(fps))
             weights[begin:end] = solved.weights
             before = solved.weights[-1]
             worst = max(worst, float(solved.kkt.max()))
         return weights, worst
 
-    def step(self, displacements: Floats, before: Floats | None) -> Floats:
+    def step(self, displacements: Floats, before: Floats | None, fps: float = RATE) -> Floats:
         """Solve one frame `(M, 3)` from the weights before it: what `batch` does, one frame at a time."""
         seen = ~np.isnan(displacements[:, 0])
         if not seen.any():
             return np.zeros(len(self.shapes)) if before is None else before
         problem, scaled = self._whole if seen.all() else self.problem(seen)
         q = np.where(seen[:, None], displacements, 0.0).ravel() @ scaled.T
-        return solve_lasso(problem, q, before, smoothness=self.settings.smooth).weights
+        return solve_lasso(problem, q, before, smoothness=self._smoothness(fps)).weights
+
+    def _smoothness(self, fps: float) -> float:
+        """Return what a squared change between frames costs: a weight that moves at one speed pays alike at any rate."""
+        return self.settings.smooth * (fps / RATE) ** 2
 
     @cached_property
     def _whole(self) -> tuple[LassoProblem, Floats]:
         return self.problem(np.ones(self.shapes.shape[1], dtype=bool))
 
 
-def _runs(seen: np.ndarray) -> list[tuple[int, int]]:
+def _runs(seen: Flags) -> list[tuple[int, int]]:
     """Return `[begin, end)` of runs of frames that see the same markers."""
     cuts = np.flatnonzero((seen[1:] != seen[:-1]).any(axis=1)) + 1
     edges = [0, *cuts.tolist(), len(seen)]
@@ -176,22 +140,10 @@ def frame_solver(
         if name not in names:
             raise InputError(unknown("blendshape", name, names))
         l1[names.index(name)] *= factor
-    return FrameSolver(shapes, confidence, regular, l1, pair_indices(names, settings.exclusive), settings)
-
-
-def bending(rig: Rig, centimetre: float) -> Floats:
-    """Return the `(K, K)` Gram matrix of `L ΔV` over the full mesh, divided by `N` (eq. 15).
-
-    Args:
-        rig: the character.
-        centimetre: a human centimetre in the character's unit.
-    """
-    mesh: Mesh = rig.neutral
-    laplacian = cotangent_laplacian(mesh.vertices / centimetre, mesh.triangles)
-    k, n, _ = rig.blendshapes.deltas.shape
-    columns = rig.blendshapes.deltas.transpose(1, 0, 2).reshape(n, k * 3) / centimetre
-    bent = np.asarray(laplacian @ columns).reshape(n, k, 3).transpose(0, 2, 1).reshape(n * 3, k)
-    return np.asarray(bent.T @ bent / n)
+    low, high = settings.bounds or (-np.inf, np.inf)
+    off = np.isin(names, settings.kept_at_rest(names))
+    lower, upper = np.where(off, 0.0, low), np.where(off, 0.0, high)
+    return FrameSolver(shapes, confidence, regular, l1, lower, upper, pair_indices(names, settings.exclusive), settings)
 
 
 def pair_indices(names: Sequence[str], pairs: Sequence[tuple[str, str]]) -> Ints:

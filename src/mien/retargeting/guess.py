@@ -9,8 +9,8 @@ from typing import ClassVar
 from mien.capture import Neutral
 from mien.core import Clip, Correspondence, Examples, Markers, Rig
 from mien.core.arrays import Floats
-from mien.retargeting.energy import SolveSettings
 from mien.retargeting.prepare import prepare
+from mien.retargeting.settings import SolveSettings
 from mien.retargeting.shape_retargeter import ShapeRetargeter, check_markers, shape_retargeter
 from mien.retargeting.terms import Terms
 

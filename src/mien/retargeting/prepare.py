@@ -25,6 +25,7 @@ class Prepared:
         terms: actor and character in human centimetres.
         stabiliser: holds the head still; None if the head does not move in the performance.
         take: `(F, M, 3)` displacements from the neutral `Δa` [cm]; NaN where missing.
+        fps: its frame rate.
         neutral: where the neutral came from.
         notes: what was settled, filled or left out.
     """
@@ -33,6 +34,7 @@ class Prepared:
     terms: Terms
     stabiliser: Stabiliser | None
     take: Floats
+    fps: float
     neutral: Neutral
     notes: tuple[Note, ...]
 
@@ -82,7 +84,7 @@ def prepare(
             f"the training take of {len(take)} frames shows no movement (no point leaves the neutral by more than "
             f"{reach * 10:.2f} mm); give a take in which the actor moves the face, with --training if it is another file."
         )
-    return Prepared(pairs, terms, stabiliser, take, rest, (*markers.notes, *dropped, *terms.notes))
+    return Prepared(pairs, terms, stabiliser, take, markers.fps, rest, (*markers.notes, *dropped, *terms.notes))
 
 
 def _check_character(character: Rig) -> None:

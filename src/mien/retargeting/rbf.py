@@ -8,10 +8,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import ClassVar
 
+import numpy as np
+
 from mien.core.arrays import Floats
-from mien.retargeting.energy import SolveSettings
 from mien.retargeting.guess import GuessMethod
 from mien.retargeting.initial import warped_shapes
+from mien.retargeting.settings import SolveSettings, in_range
 from mien.retargeting.terms import Terms
 
 
@@ -29,6 +31,9 @@ class Rbf(GuessMethod):
 
     smoothing: float = 0.0
     solve: SolveSettings = field(default_factory=SolveSettings)
+
+    def __post_init__(self) -> None:
+        in_range(self, smoothing=(0, np.inf))
 
     def shapes(self, terms: Terms) -> Floats:
         """Return the character's shapes carried onto the actor, `(K, M, 3)` [cm]."""

@@ -16,8 +16,13 @@ from mien.capture import Stabiliser
 from mien.core import Clip, Correspondence, InputError, Markers, Note, Report, Rig
 from mien.core.arrays import Floats
 from mien.geometry.align import Similarity, inverse_rigid, transform
-from mien.retargeting.energy import FrameSolver, SolveSettings, bending, frame_solver
+from mien.retargeting.energy import FrameSolver, frame_solver
 from mien.retargeting.prepare import Prepared
+from mien.retargeting.prior import bending
+from mien.retargeting.settings import SolveSettings
+
+POOR_GAIN = 0.4
+"""Below this share of the actor's movement, what is fitted is something else."""
 
 
 class State(NamedTuple):
@@ -46,6 +51,7 @@ class ShapeRetargeter:
         placement: from the actor's space to the character's.
         shapes: `(K, M, 3)` the actor's own blendshapes `Δp` [cm].
         solver: the per-frame problem.
+        fps: frame rate of the training take, and of live frames.
         evidence: per shape, how well the training take shows it.
         notes: of the fit.
         alignment: what the fit found on the way, for looking into; None once saved.
@@ -60,6 +66,7 @@ class ShapeRetargeter:
     placement: Similarity
     shapes: Floats
     solver: FrameSolver
+    fps: float
     evidence: Mapping[str, float]
     neutral_frame: int | None
     notes: tuple[Note, ...] = ()
@@ -81,7 +88,7 @@ class ShapeRetargeter:
         if not markers.seen.any():
             raise InputError("no frame of the performance sees any of the paired markers.")
         take, motion = self.displacements(markers.points)
-        weights, residual = self.solver.batch(take)
+        weights, residual = self.solver.batch(take, markers.fps)
         head = None if motion is None else self.placement.conjugate(motion)
         clip = Clip(self.names, weights, markers.fps, head)
         return clip, self._report(take, weights, residual, markers)
@@ -99,7 +106,7 @@ class ShapeRetargeter:
                 motion = self.stabiliser(points)[1][0]
             points = transform(inverse_rigid(motion[None]), points)
         take = (points - self.neutral) / self.centimetre
-        weights = self.solver.step(take[0], state.weights)
+        weights = self.solver.step(take[0], state.weights, self.fps)
         return State(weights, motion), weights
 
     def displacements(self, points: Floats) -> tuple[Floats, Floats | None]:
@@ -122,6 +129,10 @@ class ShapeRetargeter:
         blind = int((count == 0).sum())
         if blind:
             notes.append(Note("frames-held", f"{blind} frames see no marker and hold the frame before."))
+        gain = float((fitted * actual).sum() / moved) if moved > 0 else float("nan")
+        if gain < POOR_GAIN:
+            text = f"only {gain:.0%} of the actor's movement is found again in the character: check the pairs, or look for stray markers."
+            notes.append(Note("poor-fit", text))
         figures = {
             "frames": len(take),
             "fps": markers.fps,
@@ -136,7 +147,7 @@ class ShapeRetargeter:
         return Report(
             self.method,
             fit,
-            float((fitted * actual).sum() / moved) if moved > 0 else float("nan"),
+            gain,
             self.evidence,
             self.solver.settings.as_dict(),
             figures,
@@ -156,6 +167,10 @@ def shape_retargeter(
 ) -> ShapeRetargeter:
     """Put together what a frame needs, from the actor's own shapes `(K, M, 3)` [cm]."""
     terms, names = prepared.terms, character.blendshapes.names
+    off = settings.kept_at_rest(names)
+    if off:
+        text = f"{len(off)} shapes are mixtures of the others and are kept at rest (off): {', '.join(off)}."
+        notes = (*notes, Note("shapes-off", text))
     bent = bending(character, terms.character_centimetre) if settings.prior > 0 else np.zeros((len(names), len(names)))
     solver = frame_solver(shapes, names, bent, np.asarray(prepared.pairs.confidence), settings)
     return ShapeRetargeter(
@@ -168,6 +183,7 @@ def shape_retargeter(
         terms.placement,
         shapes,
         solver,
+        prepared.fps,
         evidence or {},
         prepared.neutral.frame,
         (*prepared.notes, *notes),

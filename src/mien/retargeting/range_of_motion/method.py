@@ -20,12 +20,13 @@ from mien.core import Clip, Correspondence, Examples, InputError, Markers, Note,
 from mien.core.arrays import Floats, Ints
 from mien.core.errors import unknown
 from mien.geometry.laplacian import cotangent_laplacian, triangulate_markers
-from mien.retargeting.energy import PAPER, SolveSettings
 from mien.retargeting.initial import warped_shapes
 from mien.retargeting.prepare import Prepared, prepare
 from mien.retargeting.range_of_motion.alignment import Balance, alignment_problem
 from mien.retargeting.range_of_motion.keys import Keys, key_expressions
+from mien.retargeting.range_of_motion.refit import Refit, Take, personalise
 from mien.retargeting.range_of_motion.similarity import Similarity, similarity
+from mien.retargeting.settings import PAPER, SolveSettings, in_range
 from mien.retargeting.shape_retargeter import ShapeRetargeter, check_markers, shape_retargeter
 from mien.solve import solve_sylvester
 
@@ -56,12 +57,16 @@ class RangeOfMotion:
     """The range-of-motion method.
 
     Attributes:
+        shapes: how the actor's own blendshapes are found: `refit` (the default, see
+            `refit`), or `alignment`, the manifold alignment as published (eq. 4).
+        full_range: for `refit`, whether the training take shows what it shows at full strength.
         steepness: `r` of eq. 7.
-        mesh: weight of keeping the shape of the initial guess (eq. 4).
-        cross: weight of keeping the relations among blendshapes (eq. 4).
+        mesh: α of eq. 4, on keeping the shape of the initial guess.
+        cross: β of eq. 4, on keeping the relations among blendshapes.
         prominence: how far a key expression must stand out (0: every local maximum).
         keep: frames below this share of a shape's best similarity have no say (0: all have).
         smoothing: of the warp behind the initial guess (0: interpolating).
+        refit: the scales of `refit`.
         solve: the per-frame solve.
     """
 
@@ -70,16 +75,24 @@ class RangeOfMotion:
         "the character's shapes aligned with the actor's range of motion, no examples (Ribera et al. 2017)"
     )
     needs: ClassVar[str] = "markers or an animated face, pairs or landmarks"
+    presets: ClassVar[Mapping[str, Mapping[str, Any]]] = {"paper": {"shapes": "alignment", **PAPER}}
 
-    presets: ClassVar[Mapping[str, Mapping[str, Any]]] = {"paper": {"mesh": 0.01, "cross": 0.1, "keep": 0.0, **PAPER}}
-
+    shapes: str = "refit"
+    full_range: bool = True
     steepness: float = 15.0
-    mesh: float = 1.0
-    cross: float = 10.0
+    mesh: float = 0.01
+    cross: float = 0.1
     prominence: float = 0.0
-    keep: float = 0.9
+    keep: float = 0.0
     smoothing: float = 0.0
+    refit: Refit = field(default_factory=Refit)
     solve: SolveSettings = field(default_factory=SolveSettings)
+
+    def __post_init__(self) -> None:
+        if self.shapes not in ("refit", "alignment"):
+            raise InputError(unknown("way to find the actor's shapes", self.shapes, ("refit", "alignment")))
+        in_range(self, steepness=(0, 500), mesh=(0, np.inf), cross=(0, np.inf), prominence=(0, 1), keep=(0, 1))
+        in_range(self, smoothing=(0, np.inf))
 
     def fit(
         self,
@@ -129,17 +142,23 @@ class RangeOfMotion:
         keys = key_expressions(enhanced, self.prominence)
         chosen = np.union1d(keys.frames, labelled)
         weights = _strongest(enhanced[:, chosen], self.keep)
-        guess = warped_shapes(prepared.terms, self.smoothing)
-        problem = alignment_problem(
-            weights,
-            prepared.take[frames[chosen]],
-            shapes,
-            guess,
-            alike.between,
-            marker_laplacian(prepared.terms.actor_neutral),
-            Balance(self.mesh, self.cross),
-        )
-        solution = solve_sylvester(problem.left, problem.right, problem.load, problem.guess)
+        if self.shapes == "alignment":
+            guess = warped_shapes(prepared.terms, self.smoothing)
+            problem = alignment_problem(
+                weights,
+                prepared.take[frames[chosen]],
+                shapes,
+                guess,
+                alike.between,
+                marker_laplacian(prepared.terms.actor_neutral),
+                Balance(self.mesh, self.cross),
+            )
+            solution = solve_sylvester(problem.left, problem.right, problem.load, problem.guess)
+            personal, residual = solution.P, solution.residual
+        else:
+            guess, residual = shapes, 0.0
+            take = _take_of(prepared, frames, names, self.solve.off, examples)
+            personal = personalise(guess, take, self.refit, full_range=self.full_range)
         count = len(prepared.take)
         kept = Similarity(
             _over_take(alike.correlation, frames, count),
@@ -148,7 +167,7 @@ class RangeOfMotion:
             alike.between,
         )
         found = Keys(frames[chosen], _over_take(keys.cumulative, frames, count))
-        return Alignment(kept, found, shapes, guess, solution.P, solution.residual)
+        return Alignment(kept, found, shapes, guess, personal, residual)
 
 
 def marker_laplacian(neutral: Floats) -> sparse.csr_matrix:
@@ -188,6 +207,18 @@ UNSEEN_CM = 0.02
 """A shape that moves no paired point by this much cannot be told from noise."""
 WEAK_EVIDENCE = 0.3
 """Below this correlation no frame of the take looks like the shape."""
+
+
+def _take_of(
+    prepared: Prepared, frames: Ints, names: Sequence[str], off: Sequence[str], examples: Examples | None
+) -> Take:
+    labels = np.full((0 if examples is None else len(examples.frames), len(names)), np.nan)
+    labelled = np.empty(0, np.int64)
+    if examples is not None:
+        labels[:, [list(names).index(name) for name in examples.names]] = examples.values
+        labelled = examples.frames
+    confidence = np.asarray(prepared.pairs.confidence)
+    return Take(names, prepared.take[frames], confidence, off, prepared.take[labelled], labels)
 
 
 def _over_take(values: Floats, frames: Ints, count: int) -> Floats:

@@ -1,0 +1,144 @@
+"""The actor's own blendshapes refitted to the take, and their range calibrated: what the default does.
+
+The printed alignment (eq. 4) averages frames that look like a shape, whatever their
+strength, so its shapes come out weak and mixed (docs/accuracy.md).  Here the take is
+explained instead: solve all frames for weights with the shapes so far, then let every
+shape move a little towards what explains the frames better.  This settles directions;
+strength comes from the paper's own notion of range: where the take covers the actor's
+range of motion, the strongest movement of a shape is that shape at 1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mien.core.arrays import Flags, Floats
+from mien.retargeting.energy import frame_solver
+from mien.retargeting.settings import SolveSettings
+
+SHOWN = 0.1
+"""A shape whose strongest weight stays below this was not shown, and keeps its strength."""
+LARGEST = 2.5
+"""Weights may go this far while the range is being found, and shapes shrink or grow by as much at most."""
+FRAMES = 2000
+"""Longer takes are thinned to about this many frames."""
+ROUNDS = 2
+SMOOTH = 0.001
+
+
+@dataclass(frozen=True)
+class Refit:
+    """How far the take may change the shapes.
+
+    Attributes:
+        noise: how far a point may be off, shapes and all, on a human face [cm].
+        freedom: how far a shape may move at a point, as a share of its movement there.
+        spread: the same where the shape does not move, as a share of its largest movement.
+        full: the quantile of a shape's weights that counts as its full strength.
+    """
+
+    noise: float = 0.2
+    freedom: float = 0.1
+    spread: float = 0.1
+    full: float = 0.99
+
+
+@dataclass(frozen=True, eq=False)
+class Take:
+    """What the shapes are found from.
+
+    Attributes:
+        names: `K` shape names.
+        frames: `(F, M, 3)` displacements of the training take, without missing points [cm].
+        confidence: `(M,)` how much each point counts.
+        off: shapes that are never used, by name or pattern.
+        labelled: `(E, M, 3)` frames that a person has labelled [cm].
+        labels: `(E, K)` the weights there; NaN where not labelled.
+    """
+
+    names: Sequence[str]
+    frames: Floats
+    confidence: Floats
+    off: Sequence[str]
+    labelled: Floats
+    labels: Floats
+
+    def weights(self, shapes: Floats, frames: Floats, highest: float) -> Floats:
+        """Solve frames `(F, M, 3)` with shapes `(K, M, 3)` for weights `(F, K)` from 0 to `highest`."""
+        count = len(shapes)
+        settings = SolveSettings(smooth=SMOOTH, bounds=(0.0, highest), off=self.off)
+        solver = frame_solver(shapes, self.names, np.zeros((count, count)), self.confidence, settings)
+        return solver.batch(frames)[0]
+
+    @property
+    def known(self) -> Flags:
+        """`(K,)` shapes whose strength the labels say."""
+        return np.asarray((np.nan_to_num(self.labels) > 0).any(axis=0))
+
+
+def personalise(guess: Floats, take: Take, refit: Refit, *, full_range: bool) -> Floats:
+    """Return the actor's own blendshapes.
+
+    Args:
+        guess: `(K, M, 3)` to start from [cm].
+        take: what the actor did.
+        refit: how far to go.
+        full_range: whether the take shows each shape it shows at its full strength.
+
+    Returns:
+        `(K, M, 3)` [cm].
+    """
+    thin = replace(take, frames=take.frames[:: max(1, len(take.frames) // FRAMES)])
+    shapes = calibrated(guess, thin, refit.full) if full_range else guess
+    for _ in range(ROUNDS):
+        shapes = refitted(shapes, thin, refit)
+    if full_range:  # half way: the refit has taken up part of what the first calibration missed
+        shapes = calibrated(shapes, thin, refit.full, share=0.5)
+    return shapes
+
+
+def calibrated(shapes: Floats, take: Take, full: float, share: float = 1.0) -> Floats:
+    """Scale each shape so that its strongest weight in the take is 1; labelled shapes keep their strength.
+
+    Args:
+        shapes: `(K, M, 3)` [cm].
+        take: what the actor did.
+        full: the quantile that counts as strongest.
+        share: how much of the way to go, in powers: 1 is all.
+    """
+    strongest = np.quantile(take.weights(shapes, take.frames, LARGEST), full, axis=0)
+    told = (strongest > SHOWN) & ~take.known
+    scale = np.where(told, np.clip(strongest, SHOWN, LARGEST), 1.0) ** share
+    return np.asarray(shapes * scale[:, None, None])
+
+
+def refitted(shapes: Floats, take: Take, refit: Refit) -> Floats:
+    """Let every shape move towards what explains the frames better.
+
+    With the weights `W` of the frames held fixed, each point `m` has its own small
+    ridge problem, `min |A_m - W P_m|² / noise² + Σ_k |P_km - P⁰_km|² / (freedom · reach_km)²`.
+    Labelled frames count as much as all others together, with the weights they are labelled with.
+
+    Args:
+        shapes: `(K, M, 3)` `P⁰` [cm].
+        take: what the actor did: `A`.
+        refit: the scales of the problem.
+    """
+    count, points, _ = shapes.shape
+    frames = np.concatenate([take.frames, take.labelled])
+    weights = take.weights(shapes, frames, 1.0)
+    tail = weights[len(take.frames) :]
+    tail[:] = np.where(np.isnan(take.labels), tail, take.labels)
+    say = np.ones(len(frames))
+    say[len(take.frames) :] = len(take.frames) / max(1, len(take.labelled))
+    size = np.linalg.norm(shapes, axis=2)
+    reach = refit.freedom * (size + refit.spread * size.max(axis=1, keepdims=True)) + 1e-4
+    hold = 1 / reach**2
+    counted = weights.T * say / refit.noise**2
+    load = (counted @ frames.reshape(len(frames), -1)).reshape(count, points, 3)
+    systems = counted @ weights + hold.T[:, :, None] * np.eye(count)
+    targets = (load + hold[:, :, None] * shapes).transpose(1, 0, 2)
+    return np.asarray(np.linalg.solve(systems, targets).transpose(1, 0, 2))
