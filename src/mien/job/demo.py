@@ -26,7 +26,7 @@ def prepare(folder: Path) -> Request:
     trc.write_markers(take, performance(actor())[1])
     gltf.write_rig(hero, rig)
     write_landmarks(hero.with_suffix(".landmarks.json"), rig)
-    return Request(take, hero)
+    return Request(take, hero, training=take)
 
 
 def write_landmarks(path: Path, rig: Rig) -> None:

@@ -15,7 +15,7 @@ from mien.io.documents import read_examples
 from mien.io.formats import read_rig
 from mien.job.pairs import DEFAULT_COUNT, find_pairs
 from mien.job.performance import Performance, check_same_mesh, load_performance
-from mien.retargeting import METHODS, make_method
+from mien.retargeting import METHODS, make_method, parameters
 from mien.retargeting.copying import held
 
 Progress = Callable[[str], None]
@@ -109,7 +109,8 @@ def run(request: Request, progress: Progress = lambda stage: None) -> Result:
         take, markers = training.points(pairs), performance.points(pairs)
         take.index(request.rigid)
     with stage("fit"):
-        retargeter: Any = make_method(request.method, request.settings).fit(
+        settings, remarks = _settings(request)
+        retargeter: Any = make_method(request.method, settings).fit(
             character,
             take,
             pairs,
@@ -124,8 +125,22 @@ def run(request: Request, progress: Progress = lambda stage: None) -> Result:
         filled = fill_gaps(markers.only(retargeter.markers))
         clip, report = retargeter.retarget(filled)
     clip = _with_head(clip, performance, retargeter, request.head)
-    report = replace(report, notes=_distinct((*character.notes, *filled.notes, *notes, *report.notes)), timing_s=timing)
+    report = replace(
+        report, notes=_distinct((*character.notes, *filled.notes, *notes, *remarks, *report.notes)), timing_s=timing
+    )
     return Result(clip, report, character, performance, pairs, filled, retargeter)
+
+
+def _settings(request: Request) -> tuple[dict[str, Any], tuple[Note, ...]]:
+    """Take only a take that was given as training at its word that it shows the actor's full range."""
+    known = parameters(METHODS[request.method]()) if request.method in METHODS else {}
+    if request.training is not None or "full_range" not in known or "full_range" in request.settings:
+        return request.settings, ()
+    text = (
+        "no training take was given (--training), so strength is as performed. Give a take in which the actor goes to "
+        "the full range, or say that this one does with --set full_range=true, and full becomes full on the character."
+    )
+    return {**request.settings, "full_range": False}, (Note("range-as-performed", text),)
 
 
 def _check_training(performance: Performance, training: Performance) -> None:

@@ -1,12 +1,7 @@
-"""The compiled inner loops of the rasteriser.
+"""The compiled inner loops that find what each sample of a picture sees.
 
-The first pass finds what each sample sees; the second lights it.  So a sample is lit
-once however many triangles lie behind one another, and samples of one triangle within
-a pixel share their light: smooth edges cost little where triangles are large.  Depth
-is kept as 1/distance, which is linear on the picture and larger when nearer.
-
-The lights and colours of `shade` are compiled in, and the compiled code is cached until
-this file changes: after changing them there, save this file too.
+Depth is kept as 1/distance, which is linear on the picture and larger when nearer.
+None of them holds Python's lock, so several pictures can be made at once.
 """
 
 from __future__ import annotations
@@ -14,13 +9,11 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from mien.look.shade import FILL, HOLE_LIGHT, HOLLOW, IRIS, IRIS_COSINE, KEY, PUPIL, PUPIL_COSINE, RIM, WRAP
-
 EMPTY, HOLE, FIRST_BALL = -1, -2, -3
 """What owns a sample if no triangle does: nothing, an enclosed hole, ball 0 (then -4, -5, …)."""
 
 
-@njit(cache=True, fastmath=True, error_model="numpy")
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def cover(screen, corners, depth, owner):  # type: ignore[no-untyped-def]
     """Write the nearest triangle of every sample, and its 1/distance."""
     height, width = depth.shape
@@ -55,7 +48,7 @@ def cover(screen, corners, depth, owner):  # type: ignore[no-untyped-def]
                     owner[row, column] = t
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _span(value, slope, low, high):  # type: ignore[no-untyped-def]
     """Narrow `low … high` to where `value + slope · column` is not negative, but for rounding."""
     if slope > 0:
@@ -65,7 +58,34 @@ def _span(value, slope, low, high):  # type: ignore[no-untyped-def]
     return (low, high) if value >= 0 else (1.0, 0.0)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True)
+def flood(owner):  # type: ignore[no-untyped-def]
+    """Make `EMPTY` of the holes that reach the border: sweep there and back until nothing changes."""
+    height, width = owner.shape
+    changed = True
+    while changed:
+        changed = False
+        for row in range(height):
+            for column in range(width):
+                if owner[row, column] == HOLE and (
+                    row == 0
+                    or column == 0
+                    or row == height - 1
+                    or column == width - 1
+                    or owner[row - 1, column] == EMPTY
+                    or owner[row, column - 1] == EMPTY
+                ):
+                    owner[row, column] = EMPTY
+        for row in range(height - 2, 0, -1):
+            for column in range(width - 2, 0, -1):
+                if owner[row, column] == HOLE and (
+                    owner[row + 1, column] == EMPTY or owner[row, column + 1] == EMPTY
+                ):
+                    owner[row, column] = EMPTY
+                    changed = True
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def cover_balls(balls, first, depth, owner):  # type: ignore[no-untyped-def]
     """Write the nearest ball of every sample; ball `m` of `(M, 5)` owns its samples as `first - m`."""
     height, width = depth.shape
@@ -84,109 +104,7 @@ def cover_balls(balls, first, depth, owner):  # type: ignore[no-untyped-def]
                     owner[row, column] = first - m
 
 
-@njit(cache=True, fastmath=True, error_model="numpy")
-def light_pixels(owner, screen, corners, normals, tint, gaze, balls, ball_tint, focus, backdrop, left, light):  # type: ignore[no-untyped-def]
-    """Write the mean light of each pixel's samples; what the surface sends is dimmed by `left`."""
-    height, width = light.shape[0], light.shape[1]
-    fine = len(owner) // height
-    count = fine * fine
-    own, lit = np.empty(count, np.int64), np.empty((count, 3))
-    middle_x, middle_y = 0.5 * owner.shape[1], 0.5 * owner.shape[0]
-    for row in range(height):
-        for column in range(width):
-            total0 = total1 = total2 = 0.0
-            for sample in range(count):
-                x, y = column * fine + sample % fine, row * fine + sample // fine
-                who = owner[y, x]
-                own[sample] = who
-                known = 0
-                while own[known] != who:
-                    known += 1
-                if known == sample:
-                    eye_x, eye_y = (middle_x - x - 0.5) / focus, (y + 0.5 - middle_y) / focus
-                    if who >= 0:
-                        red, green, blue = _triangle(
-                            who, x + 0.5, y + 0.5, eye_x, eye_y, screen, corners, normals, tint, gaze
-                        )
-                        dim = left[row, column]
-                        colour = (red * dim, green * dim, blue * dim)
-                    elif who <= FIRST_BALL:
-                        colour = _ball(balls[FIRST_BALL - who], ball_tint[FIRST_BALL - who], x, y, eye_x, eye_y)
-                    elif who == HOLE:
-                        colour = (HOLE_LIGHT[0], HOLE_LIGHT[1], HOLE_LIGHT[2])
-                    else:
-                        colour = (backdrop[row, 0], backdrop[row, 1], backdrop[row, 2])
-                    lit[sample, 0], lit[sample, 1], lit[sample, 2] = colour
-                total0 += lit[known, 0]
-                total1 += lit[known, 1]
-                total2 += lit[known, 2]
-            light[row, column, 0] = total0 / count
-            light[row, column, 1] = total1 / count
-            light[row, column, 2] = total2 / count
-
-
-@njit(cache=True, fastmath=True, error_model="numpy", inline="always")
-def _triangle(t, x, y, eye_x, eye_y, screen, corners, normals, tint, gaze):  # type: ignore[no-untyped-def]
-    i, j, k = corners[t, 0], corners[t, 1], corners[t, 2]
-    ax, ay, bx, by = screen[i, 0], screen[i, 1], screen[j, 0], screen[j, 1]
-    cx, cy = screen[k, 0], screen[k, 1]
-    area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay)
-    u = ((by - cy) * (x - cx) + (cx - bx) * (y - cy)) / area
-    v = ((cy - ay) * (x - cx) + (ax - cx) * (y - cy)) / area
-    w = (1 - u - v) * screen[k, 2]
-    u, v = u * screen[i, 2], v * screen[j, 2]
-    whole = u + v + w
-    u, v, w = u / whole, v / whole, w / whole
-    n0 = u * normals[i, 0] + v * normals[j, 0] + w * normals[k, 0]
-    n1 = u * normals[i, 1] + v * normals[j, 1] + w * normals[k, 1]
-    n2 = u * normals[i, 2] + v * normals[j, 2] + w * normals[k, 2]
-    length = np.sqrt(n0 * n0 + n1 * n1 + n2 * n2) + 1e-12
-    red = u * tint[i, 0] + v * tint[j, 0] + w * tint[k, 0]
-    green = u * tint[i, 1] + v * tint[j, 1] + w * tint[k, 1]
-    blue = u * tint[i, 2] + v * tint[j, 2] + w * tint[k, 2]
-    if area > 0:  # rows count downwards, so this one is seen from behind
-        dim = 0.4 + 0.6 * abs(n2) / length
-        return red * HOLLOW[0] * dim, green * HOLLOW[1] * dim, blue * HOLLOW[2] * dim
-    if gaze[i, 0] != 0 or gaze[i, 1] != 0 or gaze[i, 2] != 0:
-        g0 = u * gaze[i, 0] + v * gaze[j, 0] + w * gaze[k, 0]
-        g1 = u * gaze[i, 1] + v * gaze[j, 1] + w * gaze[k, 1]
-        g2 = u * gaze[i, 2] + v * gaze[j, 2] + w * gaze[k, 2]
-        ahead = g2 / (np.sqrt(g0 * g0 + g1 * g1 + g2 * g2) + 1e-12)
-        if ahead > PUPIL_COSINE:
-            red, green, blue = PUPIL[0], PUPIL[1], PUPIL[2]
-        elif ahead > IRIS_COSINE:
-            red, green, blue = IRIS[0], IRIS[1], IRIS[2]
-    return _lit(n0 / length, n1 / length, n2 / length, eye_x, eye_y, red, green, blue)
-
-
-@njit(cache=True, fastmath=True, error_model="numpy", inline="always")
-def _ball(ball, tint, x, y, eye_x, eye_y):  # type: ignore[no-untyped-def]
-    n0, n1 = (x + 0.5 - ball[0]) / ball[2], (ball[1] - y - 0.5) / ball[2]
-    n2 = np.sqrt(max(1 - n0 * n0 - n1 * n1, 0.0))
-    return _lit(n0, n1, n2, eye_x, eye_y, tint[0], tint[1], tint[2])
-
-
-@njit(cache=True, fastmath=True, error_model="numpy", inline="always")
-def _lit(n0, n1, n2, eye_x, eye_y, red, green, blue):  # type: ignore[no-untyped-def]
-    """Light one sample: a wrapped key, fill and sky light, a rim, and a soft highlight."""
-    fill = max(n0 * FILL[0] + n1 * FILL[1] + n2 * FILL[2] + 0.25, 0.0)
-    even = 0.17 * fill + 0.15 + 0.05 * n1
-    away = 1 - max((n0 * eye_x + n1 * eye_y + n2) / np.sqrt(1 + eye_x * eye_x + eye_y * eye_y), 0.0)
-    rim = 0.35 * away**4 * max(n0 * RIM[0] + n1 * RIM[1] + n2 * RIM[2] + 0.3, 0.0)
-    h0, h1, h2 = KEY[0] + eye_x, KEY[1] + eye_y, KEY[2] + 1
-    gleam = 0.055 * max((n0 * h0 + n1 * h1 + n2 * h2) / np.sqrt(h0 * h0 + h1 * h1 + h2 * h2), 0.0) ** 24
-    key = n0 * KEY[0] + n1 * KEY[1] + n2 * KEY[2]
-    soft0 = 0.80 * max((key + WRAP[0]) / (1 + WRAP[0]), 0.0)
-    soft1 = 0.80 * max((key + WRAP[1]) / (1 + WRAP[1]), 0.0)
-    soft2 = 0.80 * max((key + WRAP[2]) / (1 + WRAP[2]), 0.0)
-    return (
-        red * (soft0 + even) + gleam + rim * (0.3 + red),
-        green * (soft1 + even) + gleam + rim * (0.3 + green),
-        blue * (soft2 + even) + gleam + rim * (0.3 + blue),
-    )
-
-
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def sum_normals(vertices, triangles, joined):  # type: ignore[no-untyped-def]
     """Return unit normals `(N, 3)`, summed over the triangles around each group of joined vertices."""
     total = np.zeros_like(vertices)
@@ -209,7 +127,7 @@ def sum_normals(vertices, triangles, joined):  # type: ignore[no-untyped-def]
     return out
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def furrows(depth, reaches, slope, strength, left):  # type: ignore[no-untyped-def]
     """Write how much light is left where the surface lies deeper than the mean of its surroundings.
 
@@ -236,14 +154,5 @@ def furrows(depth, reaches, slope, strength, left):  # type: ignore[no-untyped-d
                 count = cover[bottom, far] - cover[top, far] - cover[bottom, near] + cover[top, near]
                 rise = (total / count - depth[row, column]) * slope / reach
                 deeper += min(max(rise, 0.0), 0.25)
-            left[row, column] = np.exp(-strength * deeper)
-
-
-@njit(cache=True, error_model="numpy")
-def encode(light, table, top, out):  # type: ignore[no-untyped-def]
-    """Write bytes for light through a table over 0 … `top`."""
-    last = len(table) - 1
-    for row in range(light.shape[0]):
-        for column in range(light.shape[1]):
-            for band in range(3):
-                out[row, column, band] = table[min(int(light[row, column, band] / top * last), last)]
+            if deeper > 0:
+                left[row, column] = np.exp(-strength * deeper)

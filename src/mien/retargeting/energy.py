@@ -26,6 +26,8 @@ from mien.solve import LassoProblem, solve_lasso, symmetric_penalty
 
 RATE = 30.0
 """The frame rate for which the smoothness is stated."""
+TOLERANCE = 1e-8
+"""KKT residual to reach: tight, so that nearly equal shapes share their weight alike on every run and machine."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +86,9 @@ class FrameSolver:
             if key not in problems:
                 problems[key] = self.problem(seen[begin])
             problem, scaled = problems[key]
-            solved = solve_lasso(problem, data[begin:end] @ scaled.T, before, smoothness=self._smoothness(fps))
+            solved = solve_lasso(
+                problem, data[begin:end] @ scaled.T, before, smoothness=self._smoothness(fps), tol=TOLERANCE
+            )
             weights[begin:end] = solved.weights
             before = solved.weights[-1]
             worst = max(worst, float(solved.kkt.max()))
@@ -97,7 +101,7 @@ class FrameSolver:
             return np.zeros(len(self.shapes)) if before is None else before
         problem, scaled = self._whole if seen.all() else self.problem(seen)
         q = np.where(seen[:, None], displacements, 0.0).ravel() @ scaled.T
-        return solve_lasso(problem, q, before, smoothness=self._smoothness(fps)).weights
+        return solve_lasso(problem, q, before, smoothness=self._smoothness(fps), tol=TOLERANCE).weights
 
     def _smoothness(self, fps: float) -> float:
         """Return what a squared change between frames costs: a weight that moves at one speed pays alike at any rate."""
