@@ -99,14 +99,17 @@ def test_left_stays_left(name: str, jaw: Path, on_character: dict[str, Result]) 
     assert (np.sign(aside[clear]) == np.sign(theirs[clear])).mean() > 0.9
 
 
-def test_the_same_take_as_c3d_and_trc_gives_the_same_weights(data: Path, tmp_path: Path) -> None:
-    clips = []
+def test_the_same_take_as_c3d_and_trc_moves_the_face_alike(data: Path, tmp_path: Path) -> None:
+    """The text keeps 5e-8 m; shapes that the markers hardly tell apart may trade weight over that, the face may not."""
+    results = []
     for suffix in (".c3d", ".trc"):
         take = read_markers(data / f"clips/markers/jaw{suffix}")
         path = tmp_path / f"from{suffix[1:]}.trc"
         write_markers(path, replace(take, points=take.points[::STEP], fps=take.fps / STEP))
-        clips.append(run(Request(path, data / "rigs/makehuman_adult.glb")).clip)
-    np.testing.assert_allclose(clips[0].values, clips[1].values, atol=1e-4)
+        results.append(run(Request(path, data / "rigs/makehuman_adult.glb")))
+    one, other = (result.character.pose(result.clip.values) for result in results)
+    assert np.abs(one - other).max() < 2e-5
+    np.testing.assert_allclose(results[0].clip.values, results[1].clip.values, atol=5e-3)
 
 
 def test_a_c3d_goes_through_the_command_line(data: Path, tmp_path: Path) -> None:

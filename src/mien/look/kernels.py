@@ -78,9 +78,7 @@ def flood(owner):  # type: ignore[no-untyped-def]
                     owner[row, column] = EMPTY
         for row in range(height - 2, 0, -1):
             for column in range(width - 2, 0, -1):
-                if owner[row, column] == HOLE and (
-                    owner[row + 1, column] == EMPTY or owner[row, column + 1] == EMPTY
-                ):
+                if owner[row, column] == HOLE and (owner[row + 1, column] == EMPTY or owner[row, column + 1] == EMPTY):
                     owner[row, column] = EMPTY
                     changed = True
 

@@ -28,8 +28,8 @@ from mien.look.shade import (
     WRAP,
 )
 
-NORMAL, TINT, GAZE, NEAR = 0, 3, 6, 9
-"""Where a triangle's table holds each quantity; its last row is 1/distance."""
+NORMAL, TINT, GAZE, NEAR, MARKS = 0, 3, 6, 9, 10
+"""Where the table of a triangle holds each quantity; at the end whether it is seen from behind, and has an iris."""
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
@@ -55,7 +55,7 @@ def light_pixels(  # type: ignore[no-untyped-def]
     fine = len(owner) // height
     count = fine * fine
     own, lit = np.empty(count, np.int64), np.empty((count, 3))
-    plane, now = np.empty((10, 3)), -1
+    plane, now = np.empty((11, 3)), -1
     last = len(table) - 1
     for row in range(height):
         for column in range(width):
@@ -121,11 +121,71 @@ def _behind(t, corners, screen):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def _set_up(plane, t, screen, corners, normals, tint, gaze):  # type: ignore[no-untyped-def]
-    """Write how quantities over distance change on the picture: `(10, 3)` at the origin, per column, per row.
-
-    A triangle seen from behind gets a normal of zero as its mark, for all that is needed is how it is turned.
-    """
-    ids = corners[t, 0], corners[t, 1], corners[t, 2]
-    ax, ay, bx, by = screen[ids[0], 0], screen[ids[0], 1], screen[ids[1], 0], screen[ids[1], 1]
-    cx, cy = screen[ids[2], 0], screen[ids[2], 1]
+    """Write how each quantity over distance changes on the picture: at the origin, per column, per row."""
+    i, j, k = corners[t, 0], corners[t, 1], corners[t, 2]
+    ax, ay, bx, by = screen[i, 0], screen[i, 1], screen[j, 0], screen[j, 1]
+    cx, cy = screen[k, 0], screen[k, 1]
     area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay)
+    u_x, u_y, v_x, v_y = (by - cy) / area, (cx - bx) / area, (cy - ay) / area, (ax - cx) / area
+    u, v = -u_x * cx - u_y * cy, -v_x * cx - v_y * cy
+    steps = ((u, v, 1 - u - v), (u_x, v_x, -u_x - v_x), (u_y, v_y, -u_y - v_y))
+    for s in range(3):
+        a, b, c = steps[s][0] * screen[i, 2], steps[s][1] * screen[j, 2], steps[s][2] * screen[k, 2]
+        for axis in range(3):
+            plane[NORMAL + axis, s] = a * normals[i, axis] + b * normals[j, axis] + c * normals[k, axis]
+            plane[TINT + axis, s] = a * tint[i, axis] + b * tint[j, axis] + c * tint[k, axis]
+            plane[GAZE + axis, s] = a * gaze[i, axis] + b * gaze[j, axis] + c * gaze[k, axis]
+        plane[NEAR, s] = a + b + c
+    plane[MARKS, 0] = area > 0
+    plane[MARKS, 1] = gaze[i, 0] != 0 or gaze[i, 1] != 0 or gaze[i, 2] != 0
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _at(plane, row, x, y):  # type: ignore[no-untyped-def]
+    return plane[row, 0] + plane[row, 1] * x + plane[row, 2] * y
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy", inline="always")
+def _triangle(plane, x, y, eye_x, eye_y):  # type: ignore[no-untyped-def]
+    n0, n1, n2 = _at(plane, NORMAL, x, y), _at(plane, NORMAL + 1, x, y), _at(plane, NORMAL + 2, x, y)
+    length = np.sqrt(n0 * n0 + n1 * n1 + n2 * n2) + 1e-12
+    far = 1 / _at(plane, NEAR, x, y)
+    red, green, blue = far * _at(plane, TINT, x, y), far * _at(plane, TINT + 1, x, y), far * _at(plane, TINT + 2, x, y)
+    if plane[MARKS, 0] != 0:
+        dim = 0.4 + 0.6 * abs(n2) / length
+        return red * HOLLOW[0] * dim, green * HOLLOW[1] * dim, blue * HOLLOW[2] * dim
+    if plane[MARKS, 1] != 0:
+        g0, g1, g2 = _at(plane, GAZE, x, y), _at(plane, GAZE + 1, x, y), _at(plane, GAZE + 2, x, y)
+        ahead = g2 / (np.sqrt(g0 * g0 + g1 * g1 + g2 * g2) + 1e-12)
+        if ahead > PUPIL_COSINE:
+            red, green, blue = PUPIL[0], PUPIL[1], PUPIL[2]
+        elif ahead > IRIS_COSINE:
+            red, green, blue = IRIS[0], IRIS[1], IRIS[2]
+    return _lit(n0 / length, n1 / length, n2 / length, eye_x, eye_y, red, green, blue)
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy", inline="always")
+def _ball(ball, tint, x, y, eye_x, eye_y):  # type: ignore[no-untyped-def]
+    n0, n1 = (x - ball[0]) / ball[2], (ball[1] - y) / ball[2]
+    n2 = np.sqrt(max(1 - n0 * n0 - n1 * n1, 0.0))
+    return _lit(n0, n1, n2, eye_x, eye_y, tint[0], tint[1], tint[2])
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy", inline="always")
+def _lit(n0, n1, n2, eye_x, eye_y, red, green, blue):  # type: ignore[no-untyped-def]
+    """Light one sample: a wrapped key, fill and sky light, a rim, and a soft highlight."""
+    fill = max(n0 * FILL[0] + n1 * FILL[1] + n2 * FILL[2] + 0.25, 0.0)
+    even = 0.17 * fill + 0.15 + 0.05 * n1
+    away = 1 - max((n0 * eye_x + n1 * eye_y + n2) / np.sqrt(1 + eye_x * eye_x + eye_y * eye_y), 0.0)
+    rim = 0.35 * away**4 * max(n0 * RIM[0] + n1 * RIM[1] + n2 * RIM[2] + 0.3, 0.0)
+    h0, h1, h2 = KEY[0] + eye_x, KEY[1] + eye_y, KEY[2] + 1
+    gleam = 0.055 * max((n0 * h0 + n1 * h1 + n2 * h2) / np.sqrt(h0 * h0 + h1 * h1 + h2 * h2), 0.0) ** 24
+    key = n0 * KEY[0] + n1 * KEY[1] + n2 * KEY[2]
+    soft0 = 0.80 * max((key + WRAP[0]) / (1 + WRAP[0]), 0.0)
+    soft1 = 0.80 * max((key + WRAP[1]) / (1 + WRAP[1]), 0.0)
+    soft2 = 0.80 * max((key + WRAP[2]) / (1 + WRAP[2]), 0.0)
+    return (
+        red * (soft0 + even) + gleam + rim * (0.3 + red),
+        green * (soft1 + even) + gleam + rim * (0.3 + green),
+        blue * (soft2 + even) + gleam + rim * (0.3 + blue),
+    )

@@ -17,7 +17,8 @@ from scipy import ndimage
 from mien.core import InputError
 from mien.core.arrays import Floats, Ints, floats
 from mien.look.camera import Camera
-from mien.look.kernels import EMPTY, FIRST_BALL, HOLE, cover, cover_balls, encode, furrows, light_pixels, sum_normals
+from mien.look.kernels import FIRST_BALL, HOLE, cover, cover_balls, flood, furrows, sum_normals
+from mien.look.lighting import light_pixels
 from mien.look.shade import BACKDROP, BRIGHTEST, SKIN, encoding, linear
 
 Picture = NDArray[np.uint8]
@@ -97,23 +98,44 @@ def render(
     tint = linear(np.broadcast_to(SKIN, shape) if colours is None else floats(colours, shape, "vertex colours"))
     normals = vertex_normals(vertices, triangles) if normals is None else floats(normals, shape, "vertex normals")
 
+    towards = np.zeros(shape) if gaze is None else floats(gaze, shape, "gaze directions")
+
     fine = 2 if smooth_edges else 1
     focus = camera.pixels_per_slope(fine * height)
-    depth = np.zeros((fine * height, fine * width), np.float32)
-    owner = np.full(depth.shape, EMPTY, np.int32)
-    seen = camera.seen(vertices)
-    screen = _to_screen(seen, focus, depth.shape)
+    screen = _to_screen(camera.seen(vertices), focus, (fine * height, fine * width))
+    balls, ball_tint, on_top = _balls(dots, camera, focus, (fine * height, fine * width))
+    rows, columns = _window(screen, balls, size, fine)
+    backdrop = _backdrop(height)
+    picture = np.empty((height, width, 3), np.uint8)
+    picture[:] = _bytes(backdrop)[:, None]
+    corner = fine * np.array([columns.start, rows.start])
+    screen[:, :2] -= corner
+    balls[:, :2] -= corner
+
+    depth = np.zeros((fine * (rows.stop - rows.start), fine * (columns.stop - columns.start)), np.float32)
+    owner = np.full(depth.shape, HOLE, np.int32)
     corners = np.ascontiguousarray(triangles, dtype=np.int32)
     cover(screen, corners, depth, owner)
-    owner[_holes(depth)] = HOLE
+    flood(owner)
     left = _furrows(_nearest(depth, fine), crevices)
-    balls, ball_tint = _place_balls(dots, camera, focus, depth, owner)
-    turned = normals @ camera.axes.T
-    towards = np.zeros(shape) if gaze is None else floats(gaze, shape, "gaze directions")
-    light = np.empty((height, width, 3), np.float32)
-    light_pixels(owner, screen, corners, turned, tint, towards, balls, ball_tint, focus, _backdrop(height), left, light)
-    picture = np.empty(light.shape, np.uint8)
-    encode(light, ENCODED, BRIGHTEST, picture)
+    _cover_balls(balls, on_top, depth, owner)
+    middle = fine * np.array([width, height]) / 2 - corner
+    light_pixels(
+        owner,
+        screen,
+        corners,
+        normals @ camera.axes.T,
+        tint,
+        towards,
+        balls,
+        ball_tint,
+        middle,
+        focus,
+        backdrop[rows],
+        left,
+        ENCODED,
+        picture[rows, columns],
+    )
     return picture
 
 
@@ -154,35 +176,50 @@ def _backdrop(height: int) -> Floats:
     return linear(BACKDROP[0] * (1 - down) + BACKDROP[1] * down)
 
 
-def _holes(depth: Single) -> NDArray[np.bool_]:
-    """Return which samples show the background through the surface: eyes and mouths of masks without an inside."""
-    parts, count = ndimage.label(depth == 0)
-    border = np.concatenate([parts[0], parts[-1], parts[:, 0], parts[:, -1]])
-    enclosed = np.ones(count + 1, bool)
-    enclosed[border] = False
-    enclosed[0] = False
-    return np.asarray(enclosed[parts])
+def _bytes(light: Floats) -> Picture:
+    """Return sRGB bytes for linear light."""
+    return np.asarray(ENCODED[np.minimum((light / BRIGHTEST * (len(ENCODED) - 1)).astype(int), len(ENCODED) - 1)])
 
 
-def _place_balls(
-    dots: Sequence[Dots], camera: Camera, focus: float, depth: Single, owner: NDArray[np.int32]
-) -> tuple[Floats, Floats]:
-    """Cover samples with the dots; return each ball's place and colour.
+def _window(screen: Floats, balls: Floats, size: tuple[int, int], fine: int) -> tuple[slice, slice]:
+    """Return the rows and columns of pixels outside which there is nothing but background."""
+    width, height = size
+    if (screen[:, 2] == 0).any():
+        return slice(0, height), slice(0, width)
+    balls = balls[np.isfinite(balls[:, 2])]
+    low = np.concatenate([screen[:, :2], balls[:, :2] - balls[:, 2:3]]).min(axis=0) / fine - 1
+    high = np.concatenate([screen[:, :2], balls[:, :2] + balls[:, 2:3]]).max(axis=0) / fine + 2
+    left, top = np.clip(low, 0, [width - 1, height - 1]).astype(int)
+    right, bottom = np.clip(high, [left + 1, top + 1], [width, height]).astype(int)
+    return slice(int(top), int(bottom)), slice(int(left), int(right))
 
-    A place is `(5,)`: column, row and radius [pixels], distance and radius [m].
+
+def _balls(
+    dots: Sequence[Dots], camera: Camera, focus: float, shape: tuple[int, int]
+) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+    """Return each dot's place, colour, and whether it shows through the surface.
+
+    A place is `(5,)`: column, row and radius [samples], distance and radius [m].
     """
-    height, width = depth.shape
-    placed = [np.empty((0, 5))]
+    height, width = shape
+    placed, colours = [np.empty((0, 5))], [np.empty((0, 3))]
     for group in dots:
         seen = camera.seen(group.points)
         distance = np.where(-seen[:, 2] > group.radius, -seen[:, 2], np.nan)
         scale = focus / distance
         columns, rows = width / 2 + seen[:, 0] * scale, height / 2 - seen[:, 1] * scale
-        balls = np.stack([columns, rows, group.radius * scale, distance, np.full(len(seen), group.radius)], axis=1)
-        front = np.zeros_like(depth) if group.on_top else depth
-        cover_balls(balls, FIRST_BALL - sum(map(len, placed)), front, owner)
-        placed.append(balls)
-    return np.concatenate(placed), linear(np.concatenate([np.empty((0, 3)), *(group.colour for group in dots)]))
+        radius = np.full(len(seen), group.radius)
+        placed.append(np.stack([columns, rows, radius * scale, distance, radius], axis=1))
+        colours.append(np.asarray(group.colour))
+    on_top = np.repeat([group.on_top for group in dots], [len(group.points) for group in dots]).astype(bool)
+    return np.concatenate(placed), linear(np.concatenate(colours)), on_top
+
+
+def _cover_balls(balls: Floats, on_top: NDArray[np.bool_], depth: Single, owner: NDArray[np.int32]) -> None:
+    """Cover samples with dots, those in the scene first."""
+    for shown, front in ((~on_top, depth), (on_top, np.zeros_like(depth) if on_top.any() else depth)):
+        if shown.any():
+            cover_balls(np.where(shown[:, None], balls, np.nan), FIRST_BALL, front, owner)
 
 
 def _nearest(depth: Single, fine: int) -> Single:

@@ -91,13 +91,18 @@ def personalise(guess: Floats, take: Take, refit: Refit, *, full_range: bool) ->
     Returns:
         `(K, M, 3)` [cm].
     """
-    thin = replace(take, frames=take.frames[:: max(1, len(take.frames) // FRAMES)])
+    thin = thinned(take)
     shapes = calibrated(guess, thin, refit.full) if full_range else guess
     for _ in range(ROUNDS):
         shapes = refitted(shapes, thin, refit)
     if full_range:  # half way: the refit has taken up part of what the first calibration missed
         shapes = calibrated(shapes, thin, refit.full, share=0.5)
     return shapes
+
+
+def thinned(take: Take) -> Take:
+    """Leave out frames of a long take, evenly."""
+    return replace(take, frames=take.frames[:: max(1, len(take.frames) // FRAMES)])
 
 
 def calibrated(shapes: Floats, take: Take, full: float, share: float = 1.0) -> Floats:

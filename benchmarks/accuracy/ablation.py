@@ -1,0 +1,218 @@
+"""What each part and constant of the method is worth: switched off or swept, one at a time.
+
+    python -m benchmarks.accuracy.ablation
+    python -m benchmarks.accuracy.ablation --knobs rounds freedom
+    python -m benchmarks.accuracy.ablation --full
+
+Writes `results/accuracy_ablation.json` and the picture of the accuracy page; its tables
+are made of them by `python -m benchmarks.accuracy.page`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.accuracy.plots import sweep_sheet
+from benchmarks.report import RESULTS, ROOT, Row, publish
+from mien.core.arrays import Floats
+from mien.evaluate import Case, run_case, summary
+from mien.evaluate.collection import FULL, QUICK, Recipe, made
+from mien.evaluate.suite import FLOOR
+from mien.retargeting import make_method
+from mien.retargeting.initial import warped_shapes
+from mien.retargeting.prepare import Prepared
+from mien.retargeting.range_of_motion.refit import ROUNDS, Refit, Take, calibrated, refitted, thinned
+from mien.retargeting.settings import PAPER, SolveSettings
+
+STRIDE = 4
+PICTURE = ROOT / "docs" / "pictures" / "ablation.svg"
+CASES = (*QUICK, Recipe("p1", "adult", visemes=True))
+"""The quick suite, and a character with visemes that nothing drives."""
+REFERENCES = (FLOOR, "rbf", "direct")
+TRUTH = "range"
+
+
+@dataclass(frozen=True)
+class Steps:
+    """How the actor's shapes are found; the defaults are those of `personalise`.
+
+    Attributes:
+        guess: `direct`, `warp` or the `mean` of both.
+        first, second: how much of the way each calibration goes (0: left out).
+        rounds: of refitting.
+        refit: its scales.
+    """
+
+    guess: str = "direct"
+    first: float = 1.0
+    second: float = 0.5
+    rounds: int = ROUNDS
+    refit: Refit = field(default_factory=Refit)
+
+    def shapes(self, prepared: Prepared, names: Sequence[str]) -> Floats:
+        """Return the actor's shapes `(K, M, 3)` [cm]."""
+        take = training_take(prepared, names)
+        shapes = starting_shapes(prepared, self.guess)
+        shapes = calibrated(shapes, take, self.refit.full, self.first) if self.first else shapes
+        for _ in range(self.rounds):
+            shapes = refitted(shapes, take, self.refit)
+        return calibrated(shapes, take, self.refit.full, self.second) if self.second else shapes
+
+
+def training_take(prepared: Prepared, names: Sequence[str]) -> Take:
+    """Return what the shapes are found from, without labels."""
+    frames = prepared.take[~np.isnan(prepared.take).any(axis=(1, 2))]
+    confidence = np.asarray(prepared.pairs.confidence)
+    return thinned(Take(names, frames, confidence, SolveSettings().off, frames[:0], np.empty((0, len(names)))))
+
+
+def starting_shapes(prepared: Prepared, guess: str) -> Floats:
+    """Return the shapes that are refitted, `(K, M, 3)` [cm]."""
+    direct, warped = prepared.terms.deltas, warped_shapes(prepared.terms)
+    return {"direct": direct, "warp": warped, "mean": (direct + warped) / 2}[guess]
+
+
+Shapes = Callable[[Case], Floats]
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One setting of one knob.
+
+    Attributes:
+        knob, value: what is changed, and to what.
+        shapes: how the actor's shapes are found; None for the method's own way.
+        solve: what differs in the per-frame solve.
+    """
+
+    knob: str
+    value: str
+    shapes: Shapes
+    solve: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def name(self) -> str:
+        """What its rows are called."""
+        return f"{self.knob} {self.value}"
+
+
+def by_steps(steps: Steps) -> Shapes:
+    """Find shapes in these steps."""
+    return lambda case: steps.shapes(case.prepared, case.character.blendshapes.names)
+
+
+def by_method(**settings: Any) -> Shapes:
+    """Find shapes as the method does with these settings."""
+
+    def shapes(case: Case) -> Floats:
+        method: Any = make_method("range-of-motion", settings)
+        return np.asarray(method.align(case.prepared, case.character.blendshapes.names).personal)
+
+    return shapes
+
+
+class Default:
+    """The default's shapes, found once for each case."""
+
+    def __init__(self) -> None:
+        self._case: Case | None = None
+        self._shapes: Floats = np.empty(0)
+
+    def __call__(self, case: Case) -> Floats:
+        """Return the actor's shapes `(K, M, 3)` [cm]."""
+        if case is not self._case:
+            self._case, self._shapes = case, by_method()(case)
+        return self._shapes
+
+
+def variants() -> Iterator[Variant]:
+    """Yield every setting of every knob; the default's own setting is among each knob's."""
+    default = Default()
+    for guess in ("direct", "mean", "warp"):
+        yield Variant("guess", guess, by_steps(Steps(guess)))
+    for value, first, second in (("off", 0, 0), ("first", 1, 0), ("first + half", 1, 0.5), ("first + whole", 1, 1)):
+        yield Variant("calibration", value, by_steps(Steps(first=first, second=second)))
+    for full in (0.95, 0.97, 0.98, 0.99, 0.995, 0.999):
+        yield Variant("full", f"{full:g}", by_steps(Steps(refit=Refit(full=full))))
+    for rounds in (0, 1, 2, 4, 8):
+        yield Variant("rounds", str(rounds), by_steps(Steps(rounds=rounds)))
+    for scale in ("noise", "freedom", "spread"):
+        for factor in (0.1, 0.3, 1, 3, 10):
+            value = factor * getattr(Refit(), scale)
+            yield Variant(scale, f"{value:.2g}", by_steps(Steps(refit=Refit(**{scale: value}))))
+    sweeps: dict[str, Sequence[Any]] = {
+        "sparsity": (0.0, 0.0005, 0.005, 0.02, 0.1, 0.6),
+        "smooth": (0.0, 0.001, 0.005, 0.02, 0.1),
+        "bounds": (None, (0.0, 1.0), (0.0, 1.1), (0.0, 1.5)),
+        "prior": (0.0, 0.003, 0.03, 0.3),
+        "off": (SolveSettings().off, ()),
+    }
+    for knob, values in sweeps.items():
+        for value in values:
+            yield Variant(knob, text_of(value), default, {knob: value})
+    printed = by_method(preset="paper")
+    yield Variant("printed", "all as printed", printed, PAPER)
+    yield Variant("printed", "its shapes, our solve", printed)
+    yield Variant("printed", "our shapes, its solve", default, PAPER)
+    strong = {"mesh": 1.0, "cross": 10.0}
+    for value, settings in (("keep 0.8", {"keep": 0.8}), ("mesh, cross × 100", strong), ("both", {"keep": 0.8, **strong})):
+        yield Variant("printed", f"its shapes with {value}, our solve", by_method(preset="paper", **settings))
+
+
+def text_of(value: Any) -> str:
+    """Return a value as the tables show it."""
+    if isinstance(value, tuple):
+        return "–".join(f"{v:g}" if isinstance(v, float) else str(v) for v in value) or "none"
+    return "none" if value is None else f"{value:g}"
+
+
+def run(recipes: Sequence[Recipe], folder: Path, knobs: Sequence[str]) -> list[Row]:
+    """Return the mean figures of each variant over the cases, in the range truth."""
+    chosen = [v for v in variants() if not knobs or v.knob in knobs]
+    rows: list[Row] = []
+    for recipe in recipes:
+        case = made(folder, recipe, STRIDE)
+        rows += [run_case(case, name) for name in REFERENCES]
+        for variant in chosen:
+            figures = run_case(case, variant.shapes(case), variant.solve)
+            rows.append({**figures, "method": variant.name})
+        print(recipe.name, flush=True)
+    means = {row["method"]: row for row in summary(rows, TRUTH)}
+    active = {name: float(np.mean([r["active"] for r in rows if r["method"] == name])) for name in means}
+    labelled = [(name, "reference", name) for name in REFERENCES] + [(v.name, v.knob, v.value) for v in chosen]
+    return [
+        {"knob": knob, "value": value, **_rounded(means[name]), "active": round(active[name], 1)}
+        for name, knob, value in labelled
+    ]
+
+
+def _rounded(figures: Row) -> Row:
+    return {k: round(float(v), 4) for k, v in figures.items() if k not in ("method", "truth")}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--full", action="store_true", help="over the whole suite (hours) and not only the quick one")
+    parser.add_argument("--knobs", nargs="*", default=[], help="only these")
+    parser.add_argument("--data", type=Path, default=os.environ.get("MIEN_DATA", ROOT.parent / "shared" / "data"))
+    parser.add_argument("--json", type=Path, default=RESULTS / "accuracy_ablation.json", help="where to write")
+    args = parser.parse_args()
+    recipes = FULL if args.full else CASES
+    rows = run(recipes, Path(args.data), args.knobs)
+    about = f"The default with one thing changed at a time, {len(recipes)} cases, range truth"
+    publish(args.json.stem, about, rows, ["numpy", "scipy"], args.json.parent)
+    if not args.knobs:
+        PICTURE.parent.mkdir(parents=True, exist_ok=True)
+        PICTURE.write_text(sweep_sheet(rows), encoding="utf-8")
+        print(f"drawn in {PICTURE}")
+
+
+if __name__ == "__main__":
+    main()
