@@ -141,35 +141,41 @@ def variants() -> Iterator[Variant]:
         yield Variant("calibration", value, by_steps(Steps(first=first, second=second)))
     for full in (0.95, 0.97, 0.98, 0.99, 0.995, 0.999):
         yield Variant("full", f"{full:g}", by_steps(Steps(refit=Refit(full=full))))
-    for rounds in (0, 1, 2, 4, 8):
+    for rounds in (0, 1, 2, 3, 5, 8):
         yield Variant("rounds", str(rounds), by_steps(Steps(rounds=rounds)))
-    for scale in ("noise", "freedom", "spread"):
+    for scale in ("freedom", "spread"):
         for factor in (0.1, 0.3, 1, 3, 10):
             value = factor * getattr(Refit(), scale)
             yield Variant(scale, f"{value:.2g}", by_steps(Steps(refit=Refit(**{scale: value}))))
     sweeps: dict[str, Sequence[Any]] = {
-        "sparsity": (0.0, 0.0005, 0.005, 0.02, 0.1, 0.6),
-        "smooth": (0.0, 0.001, 0.005, 0.02, 0.1),
+        "sparsity": (0.0, 0.0002, 0.001, 0.005, 0.02, 0.1, 0.6),
+        "damping": (0.0, 0.001, 0.003, 0.01, 0.03, 0.1),
+        "smooth": (0.0, 0.0005, 0.002, 0.005, 0.02, 0.1),
         "bounds": (None, (0.0, 1.0), (0.0, 1.1), (0.0, 1.5)),
         "prior": (0.0, 0.003, 0.03, 0.3),
-        "off": (SolveSettings().off, ()),
     }
     for knob, values in sweeps.items():
         for value in values:
             yield Variant(knob, text_of(value), default, {knob: value})
+    yield Variant("visemes", "off", default)
+    yield Variant("visemes", "in use", by_method(off=()), {"off": ()})
     printed = by_method(preset="paper")
     yield Variant("printed", "all as printed", printed, PAPER)
     yield Variant("printed", "its shapes, our solve", printed)
     yield Variant("printed", "our shapes, its solve", default, PAPER)
     strong = {"mesh": 1.0, "cross": 10.0}
-    for value, settings in (("keep 0.8", {"keep": 0.8}), ("mesh, cross × 100", strong), ("both", {"keep": 0.8, **strong})):
+    for value, settings in (
+        ("keep 0.8", {"keep": 0.8}),
+        ("mesh, cross × 100", strong),
+        ("both", {"keep": 0.8, **strong}),
+    ):
         yield Variant("printed", f"its shapes with {value}, our solve", by_method(preset="paper", **settings))
 
 
 def text_of(value: Any) -> str:
     """Return a value as the tables show it."""
     if isinstance(value, tuple):
-        return "–".join(f"{v:g}" if isinstance(v, float) else str(v) for v in value) or "none"
+        return "–".join(f"{v:g}" for v in value)
     return "none" if value is None else f"{value:g}"
 
 

@@ -19,7 +19,7 @@ from mien.evaluate.collection import RIGS, rig
 from mien.evaluate.real import closures, predict_held_out, symmetry
 from mien.job.pairs import find_pairs
 from mien.job.performance import load_performance
-from mien.retargeting import make_method
+from mien.retargeting import make_method, parameters
 from mien.retargeting.prepare import prepare
 from mien.retargeting.shape_retargeter import ShapeRetargeter
 
@@ -29,8 +29,8 @@ METHODS = ("direct", "rbf", "range-of-motion")
 
 
 def judge(name: str, character: Rig, markers: Markers, pairs: Correspondence) -> Row:
-    """Return the figures of one method on one take."""
-    method = make_method(name)
+    """Return the figures of one method on one take, which is no range-of-motion take: strength is as performed."""
+    method = make_method(name, {"full_range": False} if "full_range" in parameters(make_method(name)) else {})
     held_out = predict_held_out(method, character, markers, pairs, stride=4)
     fitted = method.fit(character, markers, pairs)
     assert isinstance(fitted, ShapeRetargeter)

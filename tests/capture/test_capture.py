@@ -73,6 +73,18 @@ def test_named_rigid_markers_alone_decide(rng: np.random.Generator) -> None:
         learn_stabiliser(markers.points[100], markers.points, [6, 7])
 
 
+@pytest.mark.real
+def test_a_take_that_moves_the_whole_face_is_held_still_by_forehead_and_brows(data: Path) -> None:
+    markers = read_markers(data / "clips" / "markers" / "cheeks.c3d")
+    quiet = ("ForeHead_R", "ForeHead_M", "ForeHead_L", "NoseTop", "Reye_Inside", "Leye_Inside")
+    neutral = neutral_at(markers, 0).points
+    found = learn_stabiliser(neutral, markers.points)
+    named = learn_stabiliser(neutral, markers.points, [markers.names.index(name) for name in quiet])
+    off = np.linalg.norm(found(markers.points[::10])[0] - named(markers.points[::10])[0], axis=2)
+    assert np.sqrt((off**2).mean()) < 0.002
+    assert found.stability.sum() ** 2 / (found.stability**2).sum() > 6  # points that share the say
+
+
 def test_short_gaps_are_bridged_and_long_ones_left_and_both_counted(rng: np.random.Generator) -> None:
     markers = take(rng)
     points = markers.points.copy()

@@ -76,7 +76,8 @@ def test_wrong_usage_is_exit_code_2(args: list[str]) -> None:
 def test_retarget_writes_every_output_and_says_so(files: SmallFiles) -> None:
     outputs = ("o.glb", "o.gltf", "o.csv", "o.npz")
     done = mien(*job(files, *outputs), "--report", files["r.json"])
-    assert (done.code, done.err) == (0, "")
+    assert done.code == 0
+    assert "range-as-performed" in done.err
     for name in (*outputs, "r.json"):
         assert f"wrote {files[name]}" in done.out
     clips = [read_clip(files[name]) for name in outputs]

@@ -12,7 +12,7 @@ from mien.retargeting import METHODS, make_method, parameters
 from tests.retargeting.actors import at_rest, capture, clip_of, face, pairs_of, points_on, weights
 
 POINT_METHODS = [name for name in METHODS if name != "copy"]
-EXACT = {"bounds": (0.0, 1.5), "sparsity": 1e-6, "prior": 0.0, "smooth": 0.0}
+EXACT = {"bounds": (0.0, 1.5), "sparsity": 1e-6, "prior": 0.0, "damping": 0.0, "smooth": 0.0}
 
 
 def fitted(name: str, take: Markers, rig: Rig, **settings: object) -> object:

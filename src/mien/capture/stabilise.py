@@ -14,6 +14,8 @@ from mien.geometry.align import head_motion, inverse_rigid, transform
 
 SOFTNESS_CM = 0.15
 """A point this far off the skull's motion, on a human face, has lost three quarters of its say."""
+QUIETEST = 1 / 3
+"""At least this share of the points keeps a say: left to fewer and fewer, the last two always agree."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,8 +49,9 @@ def learn_stabiliser(neutral: Floats, points: Floats, rigid: Ints | Sequence[int
     """Learn from a take which points ride rigidly on the skull.
 
     Points that keep moving against the rest (jaw, lips, brows) lose their say for the
-    whole take, on top of the frame-by-frame reweighting.  Naming rigid points (a
-    headband, the nose bridge) leaves the others out altogether.
+    whole take, on top of the frame-by-frame reweighting; in a take that moves the whole
+    face, what counts as moving is measured by its quietest third.  Naming rigid points
+    (a headband, the nose bridge) leaves the others out altogether.
 
     Args:
         neutral: `(M, 3)`.
@@ -71,5 +74,7 @@ def learn_stabiliser(neutral: Floats, points: Floats, rigid: Ints | Sequence[int
     for _ in range(4):
         _, residuals = head_motion(neutral, take, stability, softness=softness)
         spread = np.array([np.quantile(r[~np.isnan(r)], 0.8) if (~np.isnan(r)).any() else np.inf for r in residuals.T])
-        stability = 1 / (1 + (spread / softness) ** 2) ** 2
+        known = spread[np.isfinite(spread)]
+        scale = max(softness, float(np.quantile(known, QUIETEST))) if len(known) else softness
+        stability = 1 / (1 + (spread / scale) ** 2) ** 2
     return Stabiliser(neutral, stability, softness)

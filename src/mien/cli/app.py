@@ -7,7 +7,7 @@ import sys
 
 import typer
 
-from mien.cli import convert, demo, evaluate, inspect, methods, pairs, render, retarget
+from mien.cli import convert, demo, evaluate, fit, inspect, methods, pairs, render, retarget
 from mien.core.errors import MienError
 
 app = typer.Typer(
@@ -21,6 +21,7 @@ app = typer.Typer(
 
 for command in (
     retarget.retarget,
+    fit.fit,
     pairs.pairs,
     inspect.inspect,
     convert.convert,

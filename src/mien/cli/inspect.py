@@ -1,25 +1,65 @@
-"""`mien inspect`: what a file holds."""
+"""`mien inspect`: what a file holds, and what a take shows of a character."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+if TYPE_CHECKING:  # loading the methods takes longer than most inspections
+    from mien.job.coverage import Coverage
+
+COLOURS = {"shown well": "green", "shown weakly": "yellow", "not shown": "red"}
 
 
 def inspect(
     file: Annotated[Path, typer.Argument(help="Any file or folder mien reads.")],
+    character: Annotated[
+        Path | None, typer.Argument(help="For --coverage: the rig whose shapes are asked about.")
+    ] = None,
+    coverage: Annotated[
+        bool, typer.Option("--coverage", help="Say which shapes the take FILE shows, how strongly, and which not.")
+    ] = False,
+    actor: Annotated[Path | None, typer.Option(help="For --coverage: the actor's rig, when FILE is weights.")] = None,
+    pairs: Annotated[Path | None, typer.Option(help="For --coverage: which point is which (.pairs.json).")] = None,
+    landmarks: Annotated[
+        tuple[Path, Path] | None,
+        typer.Option(help="For --coverage: landmarks of take and character.", metavar="SOURCE TARGET"),
+    ] = None,
+    neutral: Annotated[
+        str | None,
+        typer.Option(help="For --coverage: the actor's neutral, a frame number or a file; found if not given."),
+    ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
 ) -> None:
-    """Say what a FILE holds: meshes, shapes (empty ones named), channels, markers, gaps, frame rate, units.
+    """Say what a FILE holds, or what a take shows of a character.
+
+    A file: meshes, shapes (empty ones named), channels, markers, gaps, frame rate, units.
+    A take, with --coverage: which of the CHARACTER's shapes it shows well, weakly or not at all.
 
     Examples:
       mien inspect hero.glb
 
       mien inspect take.c3d --json
+
+      mien inspect rom.c3d --coverage hero.glb --landmarks rom.json hero.json
+
+      mien inspect phone.csv --coverage
     """
     from mien.cli.say import print_json
+
+    if coverage:
+        from mien.job.coverage import coverage as covered
+
+        shown = covered(file, character, actor=actor, pairs=pairs, landmarks=landmarks, neutral=neutral)
+        if json:
+            print_json(shown.as_json())
+        else:
+            _print_coverage(shown)
+        return
+    if any(option is not None for option in (character, actor, pairs, landmarks, neutral)):
+        raise typer.BadParameter("a character and its options go with --coverage.")
     from mien.job.describe import describe
 
     found = describe(file)
@@ -27,6 +67,24 @@ def inspect(
         print_json(found)
     else:
         _print(found)
+
+
+def _print_coverage(shown: Coverage) -> None:
+    from rich.table import Table
+    from rich.text import Text
+
+    from mien.cli.say import console, print_notes
+
+    table = Table("shape", "reached", "likeness", "at", "verdict", box=None, header_style="bold")
+    for shape in shown.shapes:
+        likeness = "" if shape.correlation is None else f"{shape.correlation:.2f}"
+        verdict = Text(shape.verdict, COLOURS.get(shape.verdict, "dim"))
+        table.add_row(Text(shape.name), f"{shape.reached:.2f}", likeness, f"{shape.second:.1f} s", verdict)
+    out = console()
+    out.print(table)
+    counts = ", ".join(f"{n} {verdict}" for verdict, n in shown.as_json()["verdicts"].items() if n)
+    out.print(f"{len(shown.shapes)} shapes: {counts}")
+    print_notes(shown.notes)
 
 
 def _print(found: dict[str, Any]) -> None:

@@ -7,41 +7,30 @@ from typing import Annotated
 
 import typer
 
+from mien.cli import options
+
 Output = Annotated[
     list[Path], typer.Option("-o", "--output", help="Where to write: .glb, .gltf, .csv or .npz; repeat for several.")
-]
-Set = Annotated[
-    list[str] | None,
-    typer.Option("--set", help="A parameter of the method, KEY=VALUE; `mien methods NAME` lists them."),
 ]
 
 
 def retarget(
-    performance: Annotated[
-        Path, typer.Argument(help="What the actor did: .c3d .trc markers, .glb animated face, .csv weights.")
-    ],
+    performance: options.PerformanceFile,
     character: Annotated[
-        Path, typer.Argument(help="The rig: .glb, .gltf, or a folder of .obj (neutral + one per shape).")
+        Path, typer.Argument(help="The rig: .glb, .gltf, a folder of .obj; or a model that `mien fit` made (.mien).")
     ],
     output: Output,
-    method: Annotated[str, typer.Option(help="See `mien methods`.")] = "range-of-motion",
-    actor: Annotated[Path | None, typer.Option(help="The actor's rig, when the performance is weights.")] = None,
+    method: options.Method = "range-of-motion",
+    actor: options.Actor = None,
     training: Annotated[
-        Path | None, typer.Option(help="The actor's range-of-motion take; the performance itself if not given.")
+        Path | None, typer.Option(help="The actor's range-of-motion take; full becomes full on the character.")
     ] = None,
-    neutral: Annotated[
-        str | None, typer.Option(help="The actor's neutral: a frame number or a file; found if not given.")
-    ] = None,
-    pairs: Annotated[Path | None, typer.Option(help="Which point is which (.pairs.json).")] = None,
-    landmarks: Annotated[
-        tuple[Path, Path] | None,
-        typer.Option(help="Landmarks of actor and character; pairs are made from them.", metavar="SOURCE TARGET"),
-    ] = None,
-    count: Annotated[int, typer.Option(min=4, help="How many pairs to make from landmarks.")] = 99,
-    examples: Annotated[Path | None, typer.Option(help="Frames that show named shapes (.csv, .json).")] = None,
-    rigid: Annotated[
-        list[str] | None, typer.Option(help="A marker that rides on the skull; repeat for several.")
-    ] = None,
+    neutral: options.Neutral = None,
+    pairs: options.Pairs = None,
+    landmarks: options.Landmarks = None,
+    count: options.Count = 99,
+    examples: options.Examples = None,
+    rigid: options.Rigid = None,
     bounds: Annotated[
         tuple[float, float] | None, typer.Option(help="Lowest and highest weight.", metavar="LO HI")
     ] = None,
@@ -53,14 +42,17 @@ def retarget(
     symmetric: Annotated[
         list[str] | None, typer.Option(help="A,B: shapes drawn towards equal weights; repeat.")
     ] = None,
-    set_: Set = None,
+    set_: options.Set = None,
     head: Annotated[bool, typer.Option(help="Carry the head's motion to the character.")] = True,
     csv_format: Annotated[str, typer.Option(help="weights, or livelink for the Live Link Face layout.")] = "weights",
     report: Annotated[
         Path | None, typer.Option(help="An account of the result: .html to look at, .json to read by script.")
     ] = None,
-    json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
-    quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Print nothing but errors.")] = False,
+    onto: Annotated[
+        Path | None, typer.Option("--character", help="With a model: where its character is now, if it has moved.")
+    ] = None,
+    json: options.Json = False,
+    quiet: options.Quiet = False,
 ) -> None:
     """Put a PERFORMANCE onto a CHARACTER.
 
@@ -70,9 +62,12 @@ def retarget(
       mien retarget actor.glb hero.glb --pairs a.pairs.json -o out.glb -o out.csv --report out.html
 
       mien retarget phone.csv hero.glb --actor me.glb -o out.glb --bounds 0 1
+
+      mien fit rom.c3d hero.glb -o hero.mien && mien retarget take.c3d hero.mien -o out.glb
     """
     from mien.cli.parse import assignments, pair_names, prior_weights
     from mien.cli.say import print_json, stages
+    from mien.job.model import SUFFIX, replay
     from mien.job.outputs import check_outputs, inputs_of, with_losses, write_outputs
     from mien.job.retarget import Request, run
 
@@ -100,9 +95,10 @@ def retarget(
         head,
         settings,
     )
-    check_outputs(output, inputs_of(request), report=report, csv_format=csv_format)
+    check_outputs(output, [*inputs_of(request), *([onto] if onto else [])], report=report, csv_format=csv_format)
     with stages(quiet) as stage:
-        result = with_losses(run(request, stage), output, csv_format)
+        result = replay(request, onto, stage) if character.suffix.lower() == SUFFIX else run(request, stage)
+        result = with_losses(result, output, csv_format)
         stage("write")
         write_outputs(result, output, csv_format, report)
     if json:

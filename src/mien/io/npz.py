@@ -8,22 +8,20 @@ every size is checked against the file before memory is taken for it.
 from __future__ import annotations
 
 import zipfile
-import zlib
 from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.lib import format as npy
 from numpy.typing import NDArray
 
 from mien.core import Clip, FileError, InputError, Rig
+from mien.io.archive import DAMAGED, array_of
 from mien.io.files import read_bytes, written_whole
 
 _REQUIRED = ("names", "values", "fps")
 _OPTIONAL = ("head", "eyes", "joints", "start")
 _MOST_BYTES = 1 << 30
-_DAMAGED = (ValueError, TypeError, EOFError, OSError, RuntimeError, SyntaxError, zipfile.BadZipFile, zlib.error)
 
 
 def read_clip(path: Path) -> Clip:
@@ -95,25 +93,6 @@ def _arrays(path: Path) -> dict[str, NDArray[Any]]:
             size = sum(member.file_size for member in wanted.values())
             if size > _MOST_BYTES:
                 raise FileError(f"{path} unpacks to {size / 2**30:.1f} GiB; clips of more than 1 GiB are not read.")
-            return {name: _array(archive.read(member)) for name, member in wanted.items()}
-    except _DAMAGED as error:
+            return {name: array_of(archive.read(member)) for name, member in wanted.items()}
+    except DAMAGED as error:
         raise FileError(f"{path} is not a readable .npz file ({error}); write or download it again.") from None
-
-
-def _array(content: bytes) -> NDArray[Any]:
-    """Return the array of one member, once its header agrees with its size.
-
-    Raises:
-        ValueError: it does not, or it would need unpickling.
-    """
-    stream = BytesIO(content)
-    version = npy.read_magic(stream)
-    read_header = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
-    shape, _, dtype = read_header(stream)
-    wanted = int(dtype.itemsize)
-    for n in shape:
-        wanted *= int(n)
-    if dtype.hasobject or wanted != len(content) - stream.tell():
-        raise ValueError(f"an array of shape {shape} and type {dtype} does not fit its {len(content)} bytes")
-    stream.seek(0)
-    return np.asarray(npy.read_array(stream, allow_pickle=False))

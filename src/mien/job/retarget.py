@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from mien.capture import fill_gaps
 from mien.core import Clip, Correspondence, InputError, Markers, Note, Report, Rig
 from mien.core.arrays import Floats
 from mien.io.documents import read_examples
@@ -19,6 +20,7 @@ from mien.retargeting import METHODS, make_method, parameters
 from mien.retargeting.copying import held
 
 Progress = Callable[[str], None]
+Stage = Callable[[str], AbstractContextManager[None]]
 
 
 @dataclass(frozen=True)
@@ -77,8 +79,25 @@ class Result:
     retargeter: Any
 
 
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """A method fitted to an actor and a character, and what mapping another take needs besides.
+
+    Attributes:
+        retargeter: the fitted method.
+        character: the rig it is for.
+        pairs: the correspondence, or None for methods without points.
+        notes: what pairing had to say.
+    """
+
+    retargeter: Any
+    character: Rig
+    pairs: Correspondence | None
+    notes: tuple[Note, ...] = ()
+
+
 def run(request: Request, progress: Progress = lambda stage: None) -> Result:
-    """Do the main job.
+    """Do the main job: fit, and map the performance.
 
     Args:
         request: what is asked for.
@@ -88,7 +107,22 @@ def run(request: Request, progress: Progress = lambda stage: None) -> Result:
         MienError: anything about the files or the values in them.
     """
     timing: dict[str, float] = {}
-    stage = _stopwatch(timing, progress)
+    stage = stopwatch(timing, progress)
+    fitted, performance = learn(request, stage)
+    return play(fitted, performance, stage, timing, head=request.head)
+
+
+def fit(request: Request, progress: Progress = lambda stage: None) -> Fitted:
+    """Fit only; the performance of the request is the training take if none is given.
+
+    Raises:
+        MienError: anything about the files or the values in them.
+    """
+    return learn(request, stopwatch({}, progress))[0]
+
+
+def learn(request: Request, stage: Stage) -> tuple[Fitted, Performance]:
+    """Fit the method of a request to the training take, or to the performance if there is none."""
     with stage("read"):
         character = read_rig(request.character)
         performance = load_performance(request.performance, request.actor)
@@ -96,7 +130,7 @@ def run(request: Request, progress: Progress = lambda stage: None) -> Result:
         examples = read_examples(request.examples) if request.examples else None
     _check_training(performance, training)
     if request.method == "copy" or (performance.clip is not None and performance.actor is None):
-        return _copied(request, performance, character, timing)
+        return _copier(request, performance, character), performance
     with stage("pair"):
         pairs, notes = find_pairs(
             training,
@@ -106,29 +140,41 @@ def run(request: Request, progress: Progress = lambda stage: None) -> Result:
             count=request.count,
             neutral=request.neutral,
         )
-        take, markers = training.points(pairs), performance.points(pairs)
+        take = training.points(pairs)
         take.index(request.rigid)
     with stage("fit"):
         settings, remarks = _settings(request)
-        retargeter: Any = make_method(request.method, settings).fit(
+        retargeter = make_method(request.method, settings).fit(
             character,
             take,
             pairs,
             neutral=training.neutral(pairs, request.neutral),
             rigid=request.rigid,
-            head_moves=performance.head_moves,
+            head_moves=training.head_moves,
             examples=examples,
         )
-    with stage("solve"):
-        from mien.capture import fill_gaps
+    return Fitted(retargeter, character, pairs, (*notes, *remarks)), performance
 
-        filled = fill_gaps(markers.only(retargeter.markers))
-        clip, report = retargeter.retarget(filled)
-    clip = _with_head(clip, performance, retargeter, request.head)
-    report = replace(
-        report, notes=_distinct((*character.notes, *filled.notes, *notes, *remarks, *report.notes)), timing_s=timing
+
+def play(
+    fitted: Fitted, performance: Performance, stage: Stage, timing: dict[str, float], *, head: bool = True
+) -> Result:
+    """Map a performance with a fitted method."""
+    retargeter, character = fitted.retargeter, fitted.character
+    with stage("solve"):
+        if fitted.pairs is None:
+            if performance.clip is None:
+                raise InputError(f"this method maps weights to weights, but {performance.path} holds markers.")
+            filled = None
+        else:
+            filled = fill_gaps(performance.points(fitted.pairs).only(retargeter.markers))
+        clip, report = retargeter.retarget(performance.clip if filled is None else filled)
+    clip = _with_head(clip, performance, retargeter, head)
+    gaps = filled.notes if filled is not None else ()
+    notes = _distinct((*character.notes, *gaps, *fitted.notes, *report.notes))
+    return Result(
+        clip, replace(report, notes=notes, timing_s=timing), character, performance, fitted.pairs, filled, retargeter
     )
-    return Result(clip, report, character, performance, pairs, filled, retargeter)
 
 
 def _settings(request: Request) -> tuple[dict[str, Any], tuple[Note, ...]]:
@@ -160,7 +206,7 @@ def _check_training(performance: Performance, training: Performance) -> None:
         check_same_mesh(performance.actor, training.actor, training.path)
 
 
-def _copied(request: Request, performance: Performance, character: Rig, timing: dict[str, float]) -> Result:
+def _copier(request: Request, performance: Performance, character: Rig) -> Fitted:
     if request.method not in ("copy", "range-of-motion"):
         raise InputError(
             f"the method {request.method!r} needs points in space, but {request.performance} holds weights; give --actor."
@@ -169,18 +215,13 @@ def _copied(request: Request, performance: Performance, character: Rig, timing: 
         raise InputError(
             f"the method 'copy' maps weights to weights, but {request.performance} holds markers; use range-of-motion."
         )
-    copier = METHODS["copy"]().fit(character, performance.clip)
-    clip, report = copier.retarget(performance.clip)
-    notes = report.notes
+    notes: tuple[Note, ...] = ()
     if request.method != "copy":
         text = (
             "no actor's rig was given (--actor), so weights were copied by name; intensities are the performance's own."
         )
-        notes = (Note("copied-by-name", text, str(request.performance)), *notes)
-    if not request.head:
-        clip = replace(clip, head=None)
-    report = replace(report, notes=_distinct((*character.notes, *notes)), timing_s=timing)
-    return Result(clip, report, character, performance, None, None, copier)
+        notes = (Note("copied-by-name", text, str(request.performance)),)
+    return Fitted(METHODS["copy"]().fit(character, performance.clip), character, None, notes)
 
 
 def _with_head(clip: Clip, performance: Performance, retargeter: Any, wanted: bool) -> Clip:
@@ -189,7 +230,7 @@ def _with_head(clip: Clip, performance: Performance, retargeter: Any, wanted: bo
     head: Floats | None = clip.head
     if not wanted:
         head = None
-    elif head is None and recorded is not None and recorded.head is not None:
+    elif head is None and hasattr(retargeter, "placement") and recorded is not None and recorded.head is not None:
         head = retargeter.placement.conjugate(held(recorded.head.reshape(len(recorded), -1))[0].reshape(-1, 4, 4))
     eyes = recorded.eyes if recorded is not None else None
     return replace(clip, head=head, eyes=eyes, start=recorded.start if recorded is not None else 0.0)
@@ -199,7 +240,9 @@ def _distinct(notes: Sequence[Note]) -> tuple[Note, ...]:
     return tuple(dict.fromkeys(notes))
 
 
-def _stopwatch(timing: dict[str, float], progress: Progress) -> Callable[[str], Any]:
+def stopwatch(timing: dict[str, float], progress: Progress) -> Stage:
+    """Return what times a stage and says that it begins."""
+
     @contextmanager
     def stage(name: str) -> Iterator[None]:
         progress(name)

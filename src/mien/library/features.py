@@ -96,7 +96,7 @@ def eyeball(half: Half, eye: Eye) -> None:
     polar = np.concatenate([limbus * np.array([0.45, 0.5, 0.95, 1.05]), np.linspace(limbus * 1.5, np.pi * 0.94, 8)])
     bowl = np.concatenate([[0.93, 0.94, 0.97, 1.0], np.ones(8)]) * eye.radius
     turn = np.arange(16) * np.pi / 8
-    parts = [("pupil_left",), ("iris_left",), ("iris_left",)] + [("sclera_left",)] * 9
+    parts = [("pupil_left", "iris_left"), ("iris_left",), ("iris_left",)] + [("sclera_left",)] * 9
     tip = half.add(np.array([[0.0, 0.0, bowl[0]]]) + eye.centre, "eye_left", "pupil_left")
     rings = []
     for p, r, names in zip(polar, bowl, parts, strict=True):

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -86,14 +89,34 @@ def _pictures(
 ) -> Iterator[Picture]:
     tracked = np.asarray(np.isfinite(weights).all(axis=1))
     held = np.maximum.accumulate(np.where(tracked, np.arange(len(tracked)), -1))
-    for done, frame in enumerate(frames):
+
+    def picture(frame: int) -> Picture:
         pose = weights[held[frame]] if held[frame] >= 0 else None
         head = None if clip.head is None else clip.head[frame]
         joints = None if clip.joints is None else clip.joints[frame]
-        picture = sitter.picture(pose, head=head, joints=joints)
-        yield picture if tracked[frame] else _grey(picture)
+        made = sitter.picture(pose, head=head, joints=joints)
+        return made if tracked[frame] else _grey(made)
+
+    for done, made in enumerate(_made_ahead(picture, frames.tolist())):
+        yield made
         if progress is not None:
             progress(done + 1, len(frames))
+
+
+def _made_ahead(picture: Callable[[int], Picture], frames: Iterable[int]) -> Iterator[Picture]:
+    """Yield the pictures in order, made on all cores, and only a few more than were asked for."""
+    workers = os.cpu_count() or 1
+    waiting: deque[Future[Picture]] = deque()
+    with ThreadPoolExecutor(workers) as pool:
+        try:
+            for frame in frames:
+                waiting.append(pool.submit(picture, frame))
+                if len(waiting) > 2 * workers:
+                    yield waiting.popleft().result()
+            while waiting:
+                yield waiting.popleft().result()
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)
 
 
 def _grey(picture: Picture) -> Picture:

@@ -19,7 +19,7 @@ from scipy.sparse.csgraph import connected_components
 
 from mien.core import Mesh, Rig
 from mien.core.arrays import Floats, Ints
-from mien.look.shade import SKIN
+from mien.look.shade import SKIN, linear
 
 COLOURS: Mapping[str, Floats] = {
     "skin": SKIN,
@@ -29,6 +29,8 @@ COLOURS: Mapping[str, Floats] = {
     "teeth": np.array([0.90, 0.87, 0.80]),
     "tongue": np.array([0.68, 0.38, 0.37]),
     "hair": np.array([0.32, 0.25, 0.21]),
+    "lips": np.array([0.82, 0.57, 0.52]),
+    "mouth": np.array([0.43, 0.20, 0.20]),
 }
 
 WORDS: Mapping[str, tuple[str, ...]] = {
@@ -40,6 +42,8 @@ WORDS: Mapping[str, tuple[str, ...]] = {
     "hair": ("hair", "brow", "brows", "eyebrow", "eyebrows", "beard"),
     "eye": ("eye", "eyes", "eyeball", "eyeballs", "sclera"),
     "skin": ("lid", "lids", "eyelid", "eyelids", "socket"),
+    "lips": ("lip", "lips"),
+    "mouth": ("mouth", "pocket", "inside"),
 }
 """Words in group names, asked in this order."""
 
@@ -77,10 +81,31 @@ def surface_of(rig: Rig) -> Surface:
 def _told_by_name(mesh: Mesh) -> NDArray[np.str_]:
     """Return the part per vertex that its group's name speaks of, or an empty string."""
     part = np.full(len(mesh.vertices), "", dtype="<U8")
+    for group in _large_first(mesh.groups):
+        if word := part_named(group):
+            part[mesh.groups[group]] = word
+    return part
+
+
+def named_parts(mesh: Mesh) -> dict[str, Ints]:
+    """Return the vertices of each part that groups' names speak of, to be painted over one another in this order."""
+    found: dict[str, list[Ints]] = {}
     for group, vertices in mesh.groups.items():
         if word := part_named(group):
-            part[vertices] = word
-    return part
+            found.setdefault(word, []).append(vertices)
+    joined = {word: np.unique(np.concatenate(pieces)) for word, pieces in found.items()}
+    return {word: joined[word] for word in _large_first(joined)}
+
+
+def part_colour(part: str) -> tuple[float, float, float]:
+    """Return a part's linear red, green and blue."""
+    red, green, blue = linear(COLOURS.get(part, SKIN)).tolist()
+    return red, green, blue
+
+
+def _large_first(groups: Mapping[str, Ints]) -> list[str]:
+    """Return names so that where groups overlap, the smaller and so more specific one comes later."""
+    return sorted(groups, key=lambda name: -len(groups[name]))
 
 
 def part_named(group: str) -> str:

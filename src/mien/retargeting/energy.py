@@ -4,8 +4,9 @@ Ribera et al. 2017, eq. 2, 15 and 16:
 
     min_w  1/M |Δa - Σ w_k Δp_k|²  +  µ/N |L ΔV w|²  +  ν/K Σ c_k |w_k|
 
-plus, when asked, `s |w - w_before|²` and a penalty on the difference of symmetric
-pairs.  `Δp` are the actor's own blendshapes at the markers, so everything a frame needs
+plus, when asked, `s |w - w_before|²`, a penalty on the difference of symmetric pairs, and
+damping, `ρ/M Σ |Δp_k|² w_k²`: what shapes that are a little wrong, each on its own, would
+add to the error.  `Δp` are the actor's own blendshapes at the markers, so everything a frame needs
 is one `K × K` Gram matrix and one `K`-vector: a lasso in a fixed matrix.
 """
 
@@ -37,7 +38,7 @@ class FrameSolver:
     Attributes:
         shapes: `(K, M, 3)` the actor's own blendshapes `Δp` [cm].
         confidence: `(M,)` how much each marker counts.
-        regular: `(K, K)` prior and symmetry as a quadratic form, as added to the Gram matrix.
+        regular: `(K, K)` prior, damping and symmetry as a quadratic form, as added to the Gram matrix.
         l1: `(K,)` ν/K times each shape's factor.
         lower, upper: `(K,)` bounds of the weights.
         exclusive: `(P, 2)` pairs never active together.
@@ -136,9 +137,9 @@ def frame_solver(
     """
     k = len(names)
     symmetric = pair_indices(names, settings.symmetric)
-    regular = 2 * settings.prior * bent + symmetric_penalty(
-        k, [(int(a), int(b)) for a, b in symmetric], settings.symmetry
-    )
+    movement = (shapes**2).sum(axis=2) @ confidence / max(confidence.sum(), 1e-12)
+    regular = 2 * settings.prior * bent + 2 * settings.damping * np.diag(movement)
+    regular += symmetric_penalty(k, [(int(a), int(b)) for a, b in symmetric], settings.symmetry)
     l1 = np.full(k, settings.sparsity / k)
     for name, factor in settings.shape_sparsity.items():
         if name not in names:

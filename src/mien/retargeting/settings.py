@@ -21,6 +21,8 @@ class SolveSettings:
     Attributes:
         prior: µ, how strongly bending of the character's surface is avoided.
         sparsity: ν, how strongly small weights are pulled to exactly zero; weakens expressions.
+        damping: ρ, the share of a shape's movement that may be wrong; keeps shapes from
+            working against each other.
         smooth: resistance to change, at 30 frames a second and alike at any other rate; a held
             pose is held at any value.
         bounds: lowest and highest weight, or None for no bounds (the paper's choice).
@@ -34,8 +36,9 @@ class SolveSettings:
     """
 
     prior: float = 0.0
-    sparsity: float = 0.0005
-    smooth: float = 0.005
+    sparsity: float = 0.0002
+    damping: float = 0.003
+    smooth: float = 0.002
     bounds: tuple[float, float] | None = (0.0, 1.0)
     off: Sequence[str] = ("viseme_*",)
     shape_sparsity: Mapping[str, float] = field(default_factory=dict)
@@ -44,7 +47,7 @@ class SolveSettings:
     symmetry: float = 0.1
 
     def __post_init__(self) -> None:
-        for name in ("prior", "sparsity", "smooth", "symmetry"):
+        for name in ("prior", "sparsity", "damping", "smooth", "symmetry"):
             value = getattr(self, name)
             if not (np.isfinite(value) and value >= 0):
                 raise InputError(f"{name} must be a number of at least 0, but is {value}.")
@@ -63,8 +66,8 @@ class SolveSettings:
         return off if len(off) < len(names) else ()
 
 
-PAPER: Mapping[str, Any] = {"prior": 0.3, "sparsity": 0.6, "smooth": 0.0, "bounds": None, "off": ()}
-"""µ and ν as published (Ribera et al. 2017, §5): no bounds, no smoothing, every shape."""
+PAPER: Mapping[str, Any] = {"prior": 0.3, "sparsity": 0.6, "damping": 0.0, "smooth": 0.0, "bounds": None, "off": ()}
+"""µ and ν as published (Ribera et al. 2017, §5): no bounds, no damping, no smoothing, every shape."""
 
 
 def in_range(owner: Any, **limits: tuple[float, float]) -> None:

@@ -2,41 +2,42 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from mien.core import Mesh, Rig, Skeleton, Skin
-from mien.core.arrays import Floats, Ints
+from mien.core.arrays import Flags, Floats, Ints
 from mien.io.gltf.container import Document
 from mien.io.gltf.packing import INDICES, VERTICES, Packing
 from mien.io.gltf.transforms import composed, decomposed
 
-MATERIAL = {
-    "name": "skin",
-    "doubleSided": True,
-    "pbrMetallicRoughness": {"baseColorFactor": [0.8, 0.62, 0.54, 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.6},
-}
+SKIN = (0.8, 0.62, 0.54)
 """A neutral look: rigs carry no materials of their own."""
 
+Colours = Mapping[str, tuple[float, float, float]]
+"""Linear red, green and blue of vertex groups."""
 
-def document_of(path: Path, rig: Rig) -> Packing:
+
+def document_of(path: Path, rig: Rig, colours: Colours) -> Packing:
     """Return a document that holds the rig; its nodes are the joints in order, then the mesh."""
-    root: dict[str, Any] = {"asset": {"version": "2.0", "generator": "mien"}, "materials": [MATERIAL]}
+    root: dict[str, Any] = {"asset": {"version": "2.0", "generator": "mien"}}
     packing = Packing(Document(path, root))
     node: dict[str, Any] = {"name": rig.name, "mesh": 0}
     roots: list[int] = []
     if rig.skeleton is not None and rig.skin is not None:
         roots = _add_skeleton(packing, rig.skeleton)
         node["skin"] = _add_skin(packing, rig.skin)
-    packing.add("meshes", _mesh(packing, rig))
+    packing.add("meshes", _mesh(packing, rig, colours))
     roots.append(packing.add("nodes", node))
     root["scene"] = packing.add("scenes", {"nodes": roots})
     return packing
 
 
-def _mesh(packing: Packing, rig: Rig) -> dict[str, Any]:
+def _mesh(packing: Packing, rig: Rig, colours: Colours) -> dict[str, Any]:
+    """Return one mesh whose primitives share all vertices, so that their order is the rig's."""
     neutral = rig.neutral
     origin, texture, triangles = seams(neutral)
     to_own = _to_own_space(rig)
@@ -49,19 +50,34 @@ def _mesh(packing: Packing, rig: Rig) -> dict[str, Any]:
         attributes["TEXCOORD_0"] = packing.array(texture, "<f4", target=VERTICES)
     if rig.skin is not None:
         attributes |= _influences(packing, rig.skin, origin)
-    primitive: dict[str, Any] = {
-        "attributes": attributes,
-        "indices": packing.array(triangles.reshape(-1, 1), "<u4", target=INDICES),
-        "material": 0,
-    }
-    mesh: dict[str, Any] = {"name": rig.name, "primitives": [primitive]}
+    shared: dict[str, Any] = {"attributes": attributes}
+    mesh: dict[str, Any] = {"name": rig.name, "primitives": []}
     if len(rig.blendshapes):
-        primitive["targets"] = [
+        shared["targets"] = [
             {"POSITION": packing.sparse(np.einsum("nab,nb->na", to_own[:, :3, :3], delta)[origin], "<f4")}
             for delta in rig.blendshapes.deltas
         ]
         mesh["extras"] = {"targetNames": list(rig.blendshapes.names)}
+    for name, colour, chosen in _painted(neutral, colours):
+        material = packing.add("materials", _material(name, colour))
+        indices = packing.array(triangles[chosen].reshape(-1, 1), "<u4", target=INDICES)
+        mesh["primitives"].append({**shared, "indices": indices, "material": material})
     return mesh
+
+
+def _painted(mesh: Mesh, colours: Colours) -> list[tuple[str, tuple[float, float, float], Flags]]:
+    """Return names, colours and triangles `(T,)` of the parts: what lies wholly in a group, later ones over earlier."""
+    part = np.zeros(len(mesh.triangles), np.int64)
+    looks = [("skin", SKIN), *colours.items()]
+    for number, name in enumerate(colours, start=1):
+        inside = np.isin(mesh.triangles, mesh.groups[name]).all(axis=1)
+        part[inside] = number
+    return [(*looks[number], part == number) for number in np.unique(part)]
+
+
+def _material(name: str, colour: tuple[float, float, float]) -> dict[str, Any]:
+    look = {"baseColorFactor": [*colour, 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.6}
+    return {"name": name, "doubleSided": True, "pbrMetallicRoughness": look}
 
 
 def _to_own_space(rig: Rig) -> Floats:

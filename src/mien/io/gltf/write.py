@@ -11,7 +11,7 @@ import numpy as np
 from mien.core import Clip, InputError, Rig
 from mien.core.arrays import Floats
 from mien.io.gltf.container import open_document
-from mien.io.gltf.fresh import document_of
+from mien.io.gltf.fresh import Colours, document_of
 from mien.io.gltf.meshes import numbered, shape_names
 from mien.io.gltf.motion import Parts, free_of_matrices, head_parts, local_parts
 from mien.io.gltf.packing import Packing
@@ -50,7 +50,9 @@ def write_clip(path: Path, clip: Clip, rig: Rig | None, name: str = "mien") -> N
     packing.write(path)
 
 
-def write_rig(path: Path, rig: Rig, clip: Clip | None = None, name: str = "mien") -> None:
+def write_rig(
+    path: Path, rig: Rig, clip: Clip | None = None, name: str = "mien", colours: Colours | None = None
+) -> None:
     """Write a rig as a new glTF file: one mesh, its shapes, its skin, and a clip if there is one.
 
     Vertices keep their order.  Where texture coordinates need a vertex several times,
@@ -61,6 +63,7 @@ def write_rig(path: Path, rig: Rig, clip: Clip | None = None, name: str = "mien"
         rig: the character.
         clip: what it plays.
         name: what to call the animation.
+        colours: linear red, green and blue of vertex groups, later ones over earlier; each becomes a material.
 
     Raises:
         FileError: `path` cannot be written.
@@ -68,7 +71,7 @@ def write_rig(path: Path, rig: Rig, clip: Clip | None = None, name: str = "mien"
     """
     if not len(rig.neutral.triangles):
         raise InputError(f"{rig.name!r} has no triangles; a glTF file needs a surface.")
-    packing = document_of(path, rig)
+    packing = document_of(path, rig, colours or {})
     if clip is not None:
         joints = _joints(clip, rig)
         _animate(packing, clip, () if joints is None else range(joints.shape[1]), name)

@@ -25,8 +25,11 @@ LARGEST = 2.5
 """Weights may go this far while the range is being found, and shapes shrink or grow by as much at most."""
 FRAMES = 2000
 """Longer takes are thinned to about this many frames."""
-ROUNDS = 2
+ROUNDS = 3
 SMOOTH = 0.001
+"""Of the weights that the shapes are found with: blinks are to show their full strength."""
+NOISE_CM = 0.2
+"""How far a point may be off, shapes and all, on a human face."""
 
 
 @dataclass(frozen=True)
@@ -34,15 +37,13 @@ class Refit:
     """How far the take may change the shapes.
 
     Attributes:
-        noise: how far a point may be off, shapes and all, on a human face [cm].
         freedom: how far a shape may move at a point, as a share of its movement there.
         spread: the same where the shape does not move, as a share of its largest movement.
         full: the quantile of a shape's weights that counts as its full strength.
     """
 
-    noise: float = 0.2
     freedom: float = 0.1
-    spread: float = 0.1
+    spread: float = 0.01
     full: float = 0.99
 
 
@@ -142,7 +143,7 @@ def refitted(shapes: Floats, take: Take, refit: Refit) -> Floats:
     size = np.linalg.norm(shapes, axis=2)
     reach = refit.freedom * (size + refit.spread * size.max(axis=1, keepdims=True)) + 1e-4
     hold = 1 / reach**2
-    counted = weights.T * say / refit.noise**2
+    counted = weights.T * say / NOISE_CM**2
     load = (counted @ frames.reshape(len(frames), -1)).reshape(count, points, 3)
     systems = counted @ weights + hold.T[:, :, None] * np.eye(count)
     targets = (load + hold[:, :, None] * shapes).transpose(1, 0, 2)

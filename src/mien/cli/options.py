@@ -1,0 +1,29 @@
+"""Options that several commands share, said once."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+PerformanceFile = Annotated[
+    Path, typer.Argument(help="What the actor did: .c3d .trc markers, .glb animated face, .csv weights.")
+]
+Method = Annotated[str, typer.Option(help="See `mien methods`.")]
+Actor = Annotated[Path | None, typer.Option(help="The actor's rig, when the performance is weights.")]
+Neutral = Annotated[str | None, typer.Option(help="The actor's neutral: a frame number or a file; found if not given.")]
+Pairs = Annotated[Path | None, typer.Option(help="Which point is which (.pairs.json).")]
+Landmarks = Annotated[
+    tuple[Path, Path] | None,
+    typer.Option(help="Landmarks of actor and character; pairs are made from them.", metavar="SOURCE TARGET"),
+]
+Count = Annotated[int, typer.Option(min=4, help="How many pairs to make from landmarks.")]
+Examples = Annotated[Path | None, typer.Option(help="Frames that show named shapes (.csv, .json).")]
+Rigid = Annotated[list[str] | None, typer.Option(help="A marker that rides on the skull; repeat for several.")]
+Set = Annotated[
+    list[str] | None,
+    typer.Option("--set", help="A parameter of the method, KEY=VALUE; `mien methods NAME` lists them."),
+]
+Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
+Quiet = Annotated[bool, typer.Option("-q", "--quiet", help="Print nothing but errors.")]

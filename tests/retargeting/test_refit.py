@@ -1,0 +1,162 @@
+"""The actor's own shapes found from what the take shows: refit and calibration."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mien.core import Examples
+from mien.retargeting.prepare import prepare
+from mien.retargeting.range_of_motion import RangeOfMotion
+from mien.retargeting.range_of_motion.refit import FRAMES, LARGEST, Refit, Take, calibrated, personalise, refitted
+from mien.retargeting.shape_retargeter import ShapeRetargeter
+from tests.retargeting.actors import SHAPES, at_rest, capture, face, pairs_of, points_on, weights
+
+SMALL = np.array([0.6, 0.8, 0.5, 1.3, 1.2, 0.7])
+"""An actor's range, shape by shape."""
+
+
+def acting(values: np.ndarray, *, noise: float = 0.0, scale: float = 1.0) -> tuple[Take, np.ndarray]:
+    """A take of the face acting, and its shapes in the same terms."""
+    rig, points = face(), points_on(face())
+    take = capture(rig, values, points, noise=noise, scale=scale)
+    prepared = prepare(rig, take, pairs_of(points), neutral=at_rest(rig, points, scale), head_moves=False)
+    frames = prepared.take
+    return Take(SHAPES, frames, np.ones(len(points)), (), frames[:0], np.empty((0, len(SHAPES)))), prepared.terms.deltas
+
+
+def fitted(values: np.ndarray, examples: Examples | None = None, **settings: bool) -> ShapeRetargeter:
+    rig, points = face(), points_on(face())
+    known = {"neutral": at_rest(rig, points), "head_moves": False, "examples": examples}
+    return RangeOfMotion(**settings).fit(rig, capture(rig, values, points), pairs_of(points), **known)
+
+
+def explained(shapes: np.ndarray, take: Take) -> float:
+    """The root mean square of what the shapes leave unexplained [cm]."""
+    found = take.weights(shapes, take.frames, 1.0)
+    return float(np.sqrt(((np.tensordot(found, shapes, axes=1) - take.frames) ** 2).mean()))
+
+
+def distorted(shapes: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Shapes that are a little wrong wherever they act."""
+    return np.asarray(shapes @ (np.eye(3) + 0.3 * rng.normal(size=(len(shapes), 3, 3))))
+
+
+def strength(shapes: np.ndarray, true: np.ndarray) -> np.ndarray:
+    """How much of each true shape is in each shape."""
+    return np.asarray((shapes * true).sum(axis=(1, 2)) / (true**2).sum(axis=(1, 2)))
+
+
+def alike(shapes: np.ndarray, true: np.ndarray) -> np.ndarray:
+    """The cosine of each shape and the true one."""
+    sizes = np.linalg.norm(shapes, axis=(1, 2)) * np.linalg.norm(true, axis=(1, 2))
+    return np.asarray((shapes * true).sum(axis=(1, 2)) / sizes)
+
+
+def test_after_calibration_the_strongest_weight_of_every_shape_is_one() -> None:
+    take, shapes = acting(weights() * SMALL)
+    found = take.weights(calibrated(shapes, take, 0.99), take.frames, LARGEST)
+    assert np.quantile(found, 0.99, axis=0) == pytest.approx(1, abs=0.03)
+
+
+def test_calibration_changes_the_strength_of_shapes_and_never_their_direction() -> None:
+    take, shapes = acting(weights() * SMALL, noise=2e-4)
+    ratio = calibrated(shapes, take, 0.99)[:, :, 1] / shapes[:, :, 1]
+    assert np.ptp(ratio, axis=1) == pytest.approx(0, abs=1e-9)
+
+
+def test_half_a_calibration_twice_over_is_a_whole_one() -> None:
+    """In powers, for weights that answer to their own shape only."""
+    take, shapes = acting(weights() * SMALL)
+    whole = calibrated(shapes, take, 0.99)
+    half = calibrated(shapes, take, 0.99, share=0.5)
+    assert half**2 == pytest.approx(whole * shapes)
+
+
+def test_a_shape_that_is_not_shown_keeps_its_strength() -> None:
+    values = weights() * SMALL
+    values[:, 2] *= 0.1
+    take, shapes = acting(values)
+    assert np.array_equal(calibrated(shapes, take, 0.99)[2], shapes[2])
+
+
+def test_every_round_of_refitting_explains_the_take_better(rng: np.random.Generator) -> None:
+    take, true = acting(weights(), noise=2e-4)
+    shapes = distorted(true, rng)
+    errors = [explained(shapes, take)]
+    for _ in range(3):
+        shapes = refitted(shapes, take, Refit())
+        errors.append(explained(shapes, take))
+    assert (np.diff(errors) < 0).all()
+
+
+def test_refitting_turns_shapes_towards_the_true_ones(rng: np.random.Generator) -> None:
+    take, true = acting(weights(), noise=2e-4)
+    wrong = distorted(true, rng)
+    astray = [1 - alike(shapes, true) for shapes in (wrong, refitted(wrong, take, Refit(freedom=1.0)))]
+    assert (astray[1] < 0.3 * astray[0]).all()
+
+
+def test_without_freedom_shapes_stay_as_they_are(rng: np.random.Generator) -> None:
+    take, true = acting(weights())
+    wrong = distorted(true, rng)
+    assert refitted(wrong, take, Refit(freedom=1e-6)) == pytest.approx(wrong, abs=1e-3)
+
+
+def test_an_actor_who_is_the_character_keeps_its_shapes() -> None:
+    take, shapes = acting(weights(), noise=1e-4)
+    found = personalise(shapes, take, Refit(), full_range=False)
+    assert np.linalg.norm(found - shapes) < 0.02 * np.linalg.norm(shapes)
+
+
+def test_the_actors_range_is_found_only_where_the_take_is_said_to_show_all_of_it() -> None:
+    calibrated_shapes, kept = (fitted(weights() * SMALL, full_range=full) for full in (True, False))
+    original = kept.alignment.original
+    assert strength(calibrated_shapes.shapes, original) == pytest.approx(SMALL, rel=0.1)
+    assert strength(kept.shapes, original) == pytest.approx(1, abs=0.15)
+
+
+def test_a_labelled_frame_gives_its_shape_the_strength_it_is_labelled_with() -> None:
+    values = weights() * 0.5
+    frame = int(np.argmax(values[:150, 0]))
+    plain = fitted(values, full_range=False)
+    labelled = [
+        fitted(values, Examples(np.array([frame]), SHAPES[:1], np.array([[label]])), full_range=False)
+        for label in (1.0, 0.3)
+    ]
+    original = plain.alignment.original
+    weak, strong = (strength(found.shapes, original)[0] for found in labelled)
+    assert weak < strength(plain.shapes, original)[0] < strong
+    assert strength(labelled[0].shapes, original)[1:] == pytest.approx(strength(plain.shapes, original)[1:], abs=0.1)
+
+
+def test_a_labelled_shape_is_not_calibrated_by_the_take() -> None:
+    take, shapes = acting(weights() * 0.5)
+    labels = np.full((1, len(SHAPES)), np.nan)
+    labels[0, 0] = 1.0
+    known = Take(take.names, take.frames, take.confidence, take.off, take.frames[33:34], labels)
+    found = calibrated(shapes, known, 0.99)
+    assert np.array_equal(found[0], shapes[0])
+    assert strength(found, shapes)[1:] == pytest.approx(0.5, abs=0.05)
+
+
+def test_shapes_kept_off_are_used_neither_for_explaining_nor_changed_by_it() -> None:
+    take, shapes = acting(weights() * SMALL)
+    without = Take(take.names, take.frames, take.confidence, ("smile_*",), take.labelled, take.labels)
+    found = personalise(shapes, without, Refit(), full_range=True)
+    assert found[1:3] == pytest.approx(shapes[1:3])
+    assert not without.weights(shapes, take.frames, 1.0)[:, 1:3].any()
+
+
+@pytest.mark.parametrize("scale", [0.01, 100.0])
+def test_shapes_do_not_depend_on_the_unit_of_the_capture(scale: float) -> None:
+    (one, shapes), (other, _) = acting(weights() * SMALL), acting(weights() * SMALL, scale=scale)
+    first, second = (personalise(shapes, take, Refit(), full_range=True) for take in (one, other))
+    assert second == pytest.approx(first, abs=1e-6)
+
+
+def test_a_long_take_gives_the_shapes_that_its_thinned_frames_give() -> None:
+    values = np.repeat(weights(), 2 * FRAMES // len(weights()) + 1, axis=0)
+    (short, shapes), (long, _) = acting(weights()), acting(values)
+    first, second = (personalise(shapes, take, Refit(), full_range=True) for take in (short, long))
+    assert np.linalg.norm(second - first) < 0.05 * np.linalg.norm(first)
