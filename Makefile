@@ -5,7 +5,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/ready
 
-.PHONY: demo test check format bench lock clean
+.PHONY: demo test check format bench pictures lock clean
 
 demo: $(READY)
 	$(BIN)/mien demo --out demo
@@ -40,6 +40,9 @@ bench: $(READY)
 	$(BIN)/python -m benchmarks.speed.alignment
 	$(BIN)/python -m benchmarks.speed.solve
 	$(BIN)/python -m benchmarks.speed.whole
+
+pictures: $(READY)
+	$(BIN)/python docs/make_pictures.py
 
 lock: $(READY)
 	$(BIN)/pip install --quiet uv

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mien.core import Clip, Markers, Rig, SurfacePoints
+from mien.core import Clip, InputError, Markers, Rig, SurfacePoints
 
 CHUNK = 256
 """Frames posed at a time, so that long takes need little memory."""
@@ -22,6 +22,11 @@ def trace(rig: Rig, clip: Clip, points: SurfacePoints, names: tuple[str, ...]) -
     Returns:
         The points over time; NaN in frames whose weights are NaN (tracking lost).
     """
+    if points.corners.max(initial=-1) >= len(rig.neutral.vertices):
+        raise InputError(
+            f"the points to follow use vertex {points.corners.max()}, but {rig.name} has {len(rig.neutral.vertices)} vertices: "
+            "they were made for another mesh."
+        )
     used, local = np.unique(points.corners, return_inverse=True)
     small = rig.only(used)
     local_points = SurfacePoints(local.reshape(points.corners.shape), points.weights)

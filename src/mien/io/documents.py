@@ -24,12 +24,13 @@ Spot = Mapping[str, Any]
 """A place in a file's own words: a vertex, a triangle with barycentric weights, a position or a marker."""
 
 
-def read_landmarks(path: Path) -> dict[str, Spot]:
+def read_landmarks(path: Path | str) -> dict[str, Spot]:
     """Read a `mien-landmarks` file: names and where each is.
 
     Raises:
         FileError: not such a file, or an entry that says nothing usable.
     """
+    path = Path(path)
     document = _document(path, "mien-landmarks")
     landmarks = document.get("landmarks")
     if not isinstance(landmarks, dict) or not landmarks:
@@ -85,7 +86,7 @@ def landmarks_on_markers(spots: Mapping[str, Spot], markers: Markers, neutral: F
 
 
 def read_pairs(
-    path: Path, target: Mesh, markers: Sequence[str] | None = None, source: Mesh | None = None
+    path: Path | str, target: Mesh, markers: Sequence[str] | None = None, source: Mesh | None = None
 ) -> Correspondence:
     """Read a `mien-pairs` file.
 
@@ -98,6 +99,7 @@ def read_pairs(
     Raises:
         FileError: not such a file, an unknown marker or vertex, or something paired twice.
     """
+    path = Path(path)
     document = _document(path, "mien-pairs")
     rows = document.get("pairs")
     if not isinstance(rows, list) or not rows:
@@ -126,7 +128,7 @@ def read_pairs(
     return Correspondence(tuple(names), join(target_spots), join(source_spots) if source_spots else None, certain)
 
 
-def write_pairs(path: Path, pairs: Correspondence, target: Mesh, source: Mesh | None = None) -> None:
+def write_pairs(path: Path | str, pairs: Correspondence, target: Mesh, source: Mesh | None = None) -> None:
     """Write a `mien-pairs` file."""
     rows = []
     for i, name in enumerate(pairs.names):
@@ -138,18 +140,19 @@ def write_pairs(path: Path, pairs: Correspondence, target: Mesh, source: Mesh | 
             row["confidence"] = round(float(pairs.confidence[i]), 4)
         rows.append(row)
     lines = ",\n  ".join(json.dumps(row) for row in rows)
-    with written_whole(path) as temporary:
+    with written_whole(Path(path)) as temporary:
         temporary.write_text(
             f'{{"format": "mien-pairs", "version": 1,\n "pairs": [\n  {lines}\n ]}}\n', encoding="utf-8"
         )
 
 
-def read_examples(path: Path) -> Examples:
+def read_examples(path: Path | str) -> Examples:
     """Read labelled frames: a CSV with a `frame` column, or JSON rows with a `frame` entry.
 
     Raises:
         FileError: no frame column, or a cell that is not a number.
     """
+    path = Path(path)
     names, cells = _json_examples(path) if path.suffix.lower() == ".json" else _csv_examples(path)
     if not cells or not names:
         raise FileError(f"{path} labels no {'frame' if names else 'parameter'}.")

@@ -66,12 +66,13 @@ FORMATS: tuple[Format, ...] = (
 )
 
 
-def format_of(path: Path) -> Format:
+def format_of(path: Path | str) -> Format:
     """Return the row for a path, told by its suffix and, where that is shared, its content.
 
     Raises:
         FileError: no format has that suffix.
     """
+    path = Path(path)
     suffix = "" if path.is_dir() else path.suffix.lower()
     for row in FORMATS:
         if suffix in row.suffixes and (not path.exists() or row.claims(path)):
@@ -82,43 +83,46 @@ def format_of(path: Path) -> Format:
     )
 
 
-def read_rig(path: Path) -> Rig:
+def read_rig(path: Path | str) -> Rig:
     """Read a character: mesh, blendshapes, skin.
 
     Raises:
         FileError: the file is missing, damaged, or holds no mesh.
     """
+    path = Path(path)
     row = format_of(path)
     if row.read_rig is None:
         raise FileError(f"{path} holds {row.about}, not a character; give a .glb, .gltf or a folder of .obj files.")
     return row.read_rig(path)
 
 
-def read_clip(path: Path) -> Clip:
+def read_clip(path: Path | str) -> Clip:
     """Read an animation as channels over time.
 
     Raises:
         FileError: the file is missing, damaged, or holds no animation.
     """
+    path = Path(path)
     row = format_of(path)
     if row.read_clip is None:
         raise FileError(f"{path} holds {row.about}, not weights over time.")
     return row.read_clip(path)
 
 
-def read_markers(path: Path) -> Markers:
+def read_markers(path: Path | str) -> Markers:
     """Read captured markers.
 
     Raises:
         FileError: the file is missing, damaged, or holds no markers.
     """
+    path = Path(path)
     row = format_of(path)
     if row.read_markers is None:
         raise FileError(f"{path} holds {row.about}, not markers.")
     return row.read_markers(path)
 
 
-def write_clip(path: Path, clip: Clip, rig: Rig | None = None, *, to: str | None = None) -> None:
+def write_clip(path: Path | str, clip: Clip, rig: Rig | None = None, *, to: str | None = None) -> None:
     """Write an animation; `rig` is the character it plays on, needed for meshes.
 
     Args:
@@ -127,6 +131,7 @@ def write_clip(path: Path, clip: Clip, rig: Rig | None = None, *, to: str | None
     Raises:
         FileError: the format cannot hold an animation, or the file cannot be written.
     """
+    path = Path(path)
     suffix = path.suffix.lower()
     rows = [r for r in FORMATS if suffix in r.suffixes and r.write_clip and (to is None or r.name == to)]
     rows.sort(key=lambda row: row.name == "livelink")  # .csv means plain weights unless asked otherwise

@@ -7,23 +7,24 @@ from pathlib import Path
 
 import numpy as np
 
-from mien.core import FileError, Markers, Mesh
+from mien.core import FileError, Markers
 from mien.core.arrays import Floats
-from mien.core.rig import Rig, no_blendshapes
 from mien.geometry.laplacian import triangulate_markers
 from mien.io.files import written_whole
 from mien.job.outputs import REPORTS
 from mien.job.retarget import Result
 from mien.look import plots
+from mien.look.camera import frame_face
 from mien.look.page import Figure, Notes, Section, Table, page
 from mien.look.portrait import Portrait
-from mien.look.raster import Dots, Picture
+from mien.look.raster import Dots, Picture, render
 from mien.look.sheet import Labelled, Row, png, sheet, telling_frames
 from mien.retargeting.shape_retargeter import ShapeRetargeter
 
 SHOWN_FRAMES = 8
 SHOWN_SHAPES = 8
-DOT = (0.16, 0.42, 0.72)
+DOT, DOT_RADIUS = (0.10, 0.36, 0.70), 0.0031
+CLAY = (0.86, 0.85, 0.83)
 
 
 def write_report(path: Path, result: Result) -> None:
@@ -95,23 +96,17 @@ def marker_pictures(retargeter: ShapeRetargeter, markers: Markers, frames: np.nd
     turn = retargeter.placement.rotation
     neutral = retargeter.neutral / retargeter.centimetre @ turn.T / 100
     seen = np.nan_to_num(displacements @ turn.T / 100)
-    skin = Rig(Mesh(neutral, triangulate_markers(neutral)), no_blendshapes(len(neutral)))
-    whole = (neutral + seen).reshape(-1, 3)
-    from mien.look.camera import frame_face
-    from mien.look.raster import render
-
-    camera = frame_face(np.vstack([neutral, whole]))
-    radius = 0.0022
-    return [
-        render(
-            neutral + moved,
-            skin.neutral.triangles,
-            camera,
-            size=(300, 300),
-            dots=[Dots(neutral + moved, np.array(DOT), radius)],
-        )
-        for moved in seen
-    ]
+    triangles = triangulate_markers(neutral)
+    camera = frame_face(np.vstack([neutral, (neutral + seen).reshape(-1, 3)]))
+    clay = np.broadcast_to(CLAY, neutral.shape)
+    pictures = []
+    for points in neutral + seen:
+        a, b, c = (points[triangles[:, i]] for i in range(3))
+        turned = np.cross(b - a, c - a)[:, 2] < 0  # a skin this coarse folds at the lips; show no inside
+        skin = np.where(turned[:, None], triangles[:, ::-1], triangles)
+        dots = [Dots(points, DOT, DOT_RADIUS, on_top=True)]
+        pictures.append(render(points, skin, camera, size=(300, 300), colours=clay, dots=dots, crevices=0.0))
+    return pictures
 
 
 def _overview(result: Result) -> Table:

@@ -33,7 +33,7 @@ def prepare(folder: Path) -> Request:
 
 def write_character(path: Path, rig: Rig) -> None:
     """Write a rig as glTF with eyes, teeth and lips in their colours."""
-    parts = named_parts(rig.neutral)
+    parts = {part: ids for part, ids in named_parts(rig.neutral).items() if part != "skin"}
     painted = replace(rig, neutral=replace(rig.neutral, groups=parts))
     gltf.write_rig(path, painted, colours={part: part_colour(part) for part in parts})
 

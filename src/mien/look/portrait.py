@@ -11,7 +11,7 @@ from mien.core import Clip, InputError, Rig
 from mien.core.arrays import Floats
 from mien.look.camera import Camera, View, face_points, frame_face
 from mien.look.parts import Surface, surface_of
-from mien.look.raster import Dots, Picture, render, vertex_normals
+from mien.look.raster import Dots, Edges, Picture, render, vertex_normals
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +45,7 @@ class Portrait:
         joints: Floats | None = None,
         colours: Floats | None = None,
         dots: Sequence[Dots] = (),
+        edges: Edges = "fine",
     ) -> Picture:
         """Picture one pose.
 
@@ -54,6 +55,7 @@ class Portrait:
             joints: `(J, 4, 4)` world matrices of the rig's joints.
             colours: `(N, 3)` sRGB per vertex instead of the surface's own, for heat maps.
             dots: markers to draw.
+            edges: how they are drawn, see `render`.
 
         Raises:
             InputError: the weights do not fit the rig or are not finite.
@@ -76,6 +78,7 @@ class Portrait:
             normals=vertex_normals(vertices, self.surface.triangles, self.surface.same),
             gaze=self.surface.gaze if colours is None else None,
             dots=dots,
+            edges=edges,
         )
 
 
