@@ -106,6 +106,27 @@ def test_a_joint_named_twice_by_a_vertex_is_written_once(tmp_path, rng, faults):
     assert np.abs(again - rig.pose(np.ones(3), posed)).max() < 1e-5
 
 
+def test_coloured_groups_become_materials_and_vertices_keep_their_order(tmp_path, faults):
+    rig = seamed_rig()
+    ids = np.arange(len(rig.neutral.vertices))
+    groups = {"all": ids, "low": ids[: len(ids) // 2], "none": ids[:1]}
+    rig = replace(rig, neutral=replace(rig.neutral, groups=groups))
+    colours = {"low": (0.5, 0.2, 0.1), "none": (0.0, 0.0, 0.0)}
+    write_rig(tmp_path / "a.glb", rig, colours=colours)
+    write_rig(tmp_path / "b.glb", rig)
+    again, plain = read_rig(tmp_path / "a.glb"), read_rig(tmp_path / "b.glb")
+    assert np.array_equal(again.neutral.vertices, plain.neutral.vertices)
+    assert np.array_equal(again.blendshapes.deltas, plain.blendshapes.deltas)
+    assert sorted(map(tuple, again.neutral.triangles)) == sorted(map(tuple, plain.neutral.triangles))
+    root, _ = contents(tmp_path / "a.glb")
+    looks = {m["name"]: m["pbrMetallicRoughness"]["baseColorFactor"] for m in root["materials"]}
+    assert list(looks) == ["skin", "low"]
+    assert looks["low"] == [0.5, 0.2, 0.1, 1.0]
+    painted = next(found for name, found in again.neutral.groups.items() if name.endswith("/low"))
+    assert set(painted[painted < len(ids)]) <= set(groups["low"])
+    assert faults(tmp_path / "a.glb") == []
+
+
 def test_shapes_are_stored_sparsely_and_empty_ones_not_at_all(tmp_path):
     rig = grid_rig(20)
     deltas = rig.blendshapes.deltas.copy()

@@ -23,6 +23,11 @@ from tests.look.solids import ball
         ("head", ""),
         ("eyelids", "skin"),
         ("greyed", ""),
+        ("upper_lip", "lips"),
+        ("lip_corner_left", "lips"),
+        ("mouth_teeth", "teeth"),
+        ("pocket", "mouth"),
+        ("face", ""),
     ],
 )
 def test_names_tell_parts(name: str, part: str) -> None:
@@ -62,6 +67,15 @@ def test_a_mesh_split_along_a_seam_is_still_one_piece_with_shared_normals() -> N
     used = np.unique(split[on_eye])
     assert (again.colours[used] == COLOURS["eye"]).all()
     assert np.array_equal(again.same[-len(copies) :], again.same[copies])
+
+
+def test_where_groups_overlap_the_smaller_one_is_meant() -> None:
+    rig, eye = with_eye(groups=True)
+    ids = np.arange(len(rig.neutral.vertices))
+    groups = {"pupil_L": ids[-9:], "mouth": ids, "eye_L": ids[eye]}
+    surface = surface_of(Rig(Mesh(rig.neutral.vertices, rig.neutral.triangles, groups=groups), rig.blendshapes))
+    for part, place in (("mouth", slice(0, eye.start)), ("eye", slice(eye.start, -9)), ("pupil", slice(-9, None))):
+        assert (surface.colours[place] == COLOURS[part]).all()
 
 
 @pytest.mark.real

@@ -32,7 +32,7 @@ def nothing(size: tuple[int, int]) -> np.ndarray:
 
 def test_a_square_covers_exactly_the_pixels_it_should() -> None:
     vertices, triangles = square(0.5)
-    seen = covered(render(vertices, triangles, AHEAD, size=(40, 40), smooth_edges=False), nothing((40, 40)))
+    seen = covered(render(vertices, triangles, AHEAD, size=(40, 40), edges="hard"), nothing((40, 40)))
     expected = np.zeros((40, 40), bool)
     expected[10:30, 10:30] = True
     assert np.array_equal(seen, expected)
@@ -47,7 +47,7 @@ def test_triangles_that_share_an_edge_leave_no_gap(rng: np.random.Generator) -> 
     a = (np.arange(n - 1)[:, None] * n + np.arange(n - 1)).ravel()
     triangles = np.concatenate([np.stack([a, a + n, a + 1], 1), np.stack([a + 1, a + n, a + n + 1], 1)])
     red = np.tile([1.0, 0.0, 0.0], (len(vertices), 1))
-    picture = render(vertices, triangles, AHEAD, size=(100, 100), colours=red, crevices=0, smooth_edges=False)
+    picture = render(vertices, triangles, AHEAD, size=(100, 100), colours=red, crevices=0, edges="hard")
     assert np.ptp(picture[6:94, 6:94, 0].astype(int)) <= 25
 
 
@@ -59,6 +59,43 @@ def test_the_nearer_surface_hides_the_farther_one_in_any_order() -> None:
     for faces in (np.concatenate([triangles, triangles + 4]), np.concatenate([triangles + 4, triangles])):
         middle = render(vertices, faces, AHEAD, size=(50, 50), colours=colours)[25, 25].astype(int)
         assert middle[0] > middle[2] + 80
+
+
+def test_quick_edges_are_smooth_and_near_the_fine_ones() -> None:
+    vertices, triangles = ball(60)
+    fine, quick, hard = (
+        render(vertices, triangles, AHEAD, size=(90, 90), edges=edges).astype(int)
+        for edges in ("fine", "quick", "hard")
+    )
+    rim = np.abs(fine - hard).max(axis=2) > 20
+    assert rim.sum() > 50
+    assert np.abs(quick - fine)[rim].mean() < 0.7 * np.abs(hard - fine)[rim].mean()
+    assert np.abs(quick - fine)[~rim].mean() < 2
+
+
+def test_samples_that_see_neighbouring_triangles_share_light_without_changing_it() -> None:
+    vertices, triangles = ball(60)
+    sewn = render(vertices, triangles, AHEAD, size=(90, 90)).astype(int)
+    normals = vertex_normals(vertices, triangles)[triangles].reshape(-1, 3)
+    loose = np.arange(3 * len(triangles)).reshape(-1, 3)
+    apart = render(vertices[triangles].reshape(-1, 3), loose, AHEAD, size=(90, 90), normals=normals)
+    assert np.abs(sewn - apart).max() < 12
+
+
+def test_a_hole_that_winds_its_way_out_is_background_and_a_closed_one_is_not() -> None:
+    from mien.look.kernels import EMPTY, HOLE, flood
+
+    snake = np.array(
+        [[0, 0, 0, 0, 0, 0], [0, 2, 2, 2, 2, 0], [0, 0, 0, 0, 2, 0], [0, 2, 0, 2, 2, 0], [0, 2, 0, 0, 0, 0]]
+    )
+    owner = np.where(snake == 2, HOLE, 0).astype(np.int32)
+    owner[3, 3] = 0
+    flood(owner)
+    assert (owner[1:4, 4] == HOLE).all()
+    assert (owner[3:5, 1] == EMPTY).all()
+    owner[3, 5] = HOLE
+    flood(owner)
+    assert (owner[1, 1:5] == EMPTY).all()
 
 
 def test_a_surface_seen_from_inside_is_much_darker_than_from_outside() -> None:
@@ -149,7 +186,7 @@ def test_heat_grows_darker_once_it_has_left_the_grey_of_zero() -> None:
 def test_twenty_thousand_triangles_are_pictured_in_a_fraction_of_a_second() -> None:
     vertices, triangles = ball(101)
     render(vertices, triangles, AHEAD)
-    best = min(_seconds(lambda: render(vertices, triangles, AHEAD, smooth_edges=False)) for _ in range(3))
+    best = min(_seconds(lambda: render(vertices, triangles, AHEAD, edges="hard")) for _ in range(3))
     assert best < 0.5  # far above what it takes, so that a busy machine passes and a loop in Python does not
 
 

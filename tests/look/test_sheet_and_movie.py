@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
+import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from mien.core import Clip, FileError, InputError
-from mien.look.movie import render_clip, sampled, write_movie
+from mien.look.movie import _made_ahead, render_clip, sampled, write_movie
 from mien.look.portrait import Portrait, frame_clip, portrait
 from mien.look.sheet import Labelled, Row, contact_sheet, save_png, sheet, telling_frames
 from tests.conftest import grid_rig
@@ -137,6 +139,20 @@ def test_a_filmed_clip_lasts_as_long_and_reports_its_progress(tmp_path: Path, cl
     assert " 30 fps" in about
     assert len(frames) == 10
     assert calls == [(i + 1, 10) for i in range(10)]
+
+
+def test_pictures_made_ahead_keep_their_order_and_only_a_few_wait() -> None:
+    made: list[int] = []
+
+    def picture(frame: int) -> np.ndarray:
+        time.sleep(0.002 * (frame % 3))
+        made.append(frame)
+        return np.full((1, 1, 3), frame, np.uint8)
+
+    pictures = _made_ahead(picture, range(200))
+    assert [int(next(pictures)[0, 0, 0]) for _ in range(5)] == list(range(5))
+    assert len(made) < 5 + 4 * (os.cpu_count() or 1)
+    assert [int(p[0, 0, 0]) for p in pictures] == list(range(5, 200))
 
 
 def test_frames_not_tracked_are_grey_in_the_film(tmp_path: Path, clip: Clip) -> None:

@@ -220,3 +220,68 @@ def test_copying_holds_frames_without_tracking() -> None:
     out, report = make_method("copy").fit(rig, clip_of(values)).retarget(clip_of(values))
     assert np.array_equal(out.values[19], values[9])
     assert "10 frames" in report.notes[-1].message
+
+
+def test_parameters_that_are_not_one_number_have_a_written_form() -> None:
+    method = make_method(
+        "range-of-motion",
+        {
+            "off": "viseme_*, tongueOut",
+            "exclusive": "jawLeft:jawRight",
+            "shape_sparsity": "browUp:3",
+            "bounds": "-0.5:1.5",
+            "full_range": "false",
+        },
+    )
+    found = parameters(method)
+    assert found["off"] == ("viseme_*", "tongueOut")
+    assert found["exclusive"] == (("jawLeft", "jawRight"),)
+    assert found["shape_sparsity"] == {"browUp": 3.0}
+    assert found["bounds"] == (-0.5, 1.5)
+    assert found["full_range"] is False
+    assert parameters(make_method("rbf", {"bounds": "none"}))["bounds"] is None
+    for key, value in (("exclusive", "jawLeft"), ("bounds", "wide"), ("shape_sparsity", "browUp:much")):
+        with pytest.raises(InputError, match="as in"):
+            make_method("rbf", {key: value})
+
+
+def test_shapes_that_are_off_stay_at_rest_and_are_named() -> None:
+    rig = face()
+    take = capture(rig, weights(), points_on(rig))
+    clip, report = fitted("range-of-motion", take, rig, off="smile_*").retarget(take)
+    assert not clip.values[:, 1:3].any()
+    assert any(note.code == "shapes-off" and "smile_L, smile_R" in note.message for note in report.notes)
+
+
+def test_the_published_preset_sets_every_published_constant() -> None:
+    found = parameters(make_method("range-of-motion", {"preset": "paper"}))
+    wanted = {
+        "shapes": "alignment",
+        "steepness": 15,
+        "mesh": 0.01,
+        "cross": 0.1,
+        "keep": 0,
+        "prominence": 0,
+        "smoothing": 0,
+        "prior": 0.3,
+        "sparsity": 0.6,
+        "smooth": 0,
+        "bounds": None,
+        "off": (),
+    }
+    assert {key: found[key] for key in wanted} == wanted
+    with pytest.raises(InputError, match="paper"):
+        make_method("range-of-motion", {"preset": "papre"})
+
+
+def test_smoothing_is_alike_at_any_frame_rate() -> None:
+    """Half the frame rate, every second frame: the same curve up to the sampling."""
+    rig = face()
+    values = np.repeat(weights(120), 2, axis=0)
+    points = points_on(rig)
+    take = capture(rig, values, points)
+    fit = make_method("rbf", {**EXACT, "smooth": 0.02}).fit(rig, take, pairs_of(points), head_moves=False)
+    fast, _ = fit.retarget(replace(take, fps=60.0))
+    slow, _ = fit.retarget(replace(take, points=take.points[::2], fps=30.0))
+    plain, _ = fit.retarget(replace(take, points=take.points[::2], fps=60.0))
+    assert np.abs(fast.values[1::2] - slow.values).mean() < np.abs(fast.values[1::2] - plain.values).mean()

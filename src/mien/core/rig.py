@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -152,9 +153,15 @@ class Rig:
         moved += self.neutral.vertices
         if joints is None or self.skin is None or self.skeleton is None:
             return moved
-        at_rest = np.linalg.inv(self.skin.blend(self.skeleton.rest))
-        move = self.skin.blend(joints) @ at_rest
+        move = self.skin.blend(joints) @ self._from_rest
         return np.asarray(np.einsum("...nab,...nb->...na", move[..., :3, :3], moved) + move[..., :3, 3])
+
+    @cached_property
+    def _from_rest(self) -> Floats:
+        """`(N, 4, 4)` from the world at rest to each vertex's own space, the same for every pose."""
+        assert self.skin is not None
+        assert self.skeleton is not None
+        return np.asarray(np.linalg.inv(self.skin.blend(self.skeleton.rest)))
 
     def only(self, vertices: Ints) -> Rig:
         """Return the rig of a few vertices, without triangles: all that tracing points needs."""

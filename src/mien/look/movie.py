@@ -94,7 +94,7 @@ def _pictures(
         pose = weights[held[frame]] if held[frame] >= 0 else None
         head = None if clip.head is None else clip.head[frame]
         joints = None if clip.joints is None else clip.joints[frame]
-        made = sitter.picture(pose, head=head, joints=joints)
+        made = sitter.picture(pose, head=head, joints=joints, edges="quick")
         return made if tracked[frame] else _grey(made)
 
     for done, made in enumerate(_made_ahead(picture, frames.tolist())):

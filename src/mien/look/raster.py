@@ -83,7 +83,7 @@ def render(
         normals: `(N, 3)` unit normals; computed if None.
         gaze: `(N, 3)` direction from its eye's centre at rest, on eyeballs that need an iris painted; elsewhere zero.
         dots: markers to draw.
-        edges: `fine` takes four samples a pixel, `quick` one and smooths its steps, `hard` just one.
+        edges: `fine` takes four samples a pixel, `quick` one and smooths its steps (with coarser furrows), `hard` just one.
         crevices: how strongly furrows, lip lines and lid creases are darkened; 0 leaves them.
 
     Returns:
@@ -119,7 +119,7 @@ def render(
     corners = np.ascontiguousarray(triangles, dtype=np.int32)
     cover(screen, corners, depth, owner)
     flood(owner)
-    left = _furrows(_nearest(depth, fine), crevices)
+    left = _furrows(_nearest(depth, fine), crevices, 2 if edges == "quick" else 1)
     _cover_balls(balls, on_top, depth, owner)
     middle = fine * np.array([width, height]) / 2 - corner
     light_pixels(
@@ -228,6 +228,8 @@ def _cover_balls(balls: Floats, on_top: NDArray[np.bool_], depth: Single, owner:
 
 def _nearest(depth: Single, fine: int) -> Single:
     """Return the nearest of each pixel's samples."""
+    if fine == 1:
+        return depth
     nearest = depth[::fine, ::fine]
     for row in range(fine):
         for column in range(fine):
@@ -235,14 +237,22 @@ def _nearest(depth: Single, fine: int) -> Single:
     return nearest
 
 
-def _furrows(depth: Single, strength: float) -> Single:
-    """Return how much light is left in furrows (Luft et al. 2006: unsharp masking of the depth buffer)."""
-    left = np.ones(depth.shape, np.float32)
-    covered = depth > 0
-    count = int(covered.sum())
-    if strength > 0 and count:
-        span = np.sqrt(count)
-        reaches = np.array([max(1, round(share * span / 2)) for share in FURROW_WIDTHS])
-        furrows(depth, reaches, span / (2 * float(depth.sum()) / count), 2 * strength, left)
-        left = ndimage.uniform_filter(left, 3)  # along outlines neighbouring pixels see different surfaces
-    return left
+def _furrows(depth: Single, strength: float, step: int) -> Single:
+    """Return how much light is left in furrows (Luft et al. 2006: unsharp masking of the depth buffer).
+
+    Args:
+        depth: `(H, W)` 1/distance, 0 where nothing is seen.
+        strength: how dark they get.
+        step: how many pixels apart it is worked out.
+    """
+    height, width = depth.shape
+    coarse = np.ascontiguousarray(depth[::step, ::step])
+    left = np.ones(coarse.shape, np.float32)
+    count = int(np.count_nonzero(coarse))
+    if not (strength > 0 and count):
+        return np.ones(depth.shape, np.float32)
+    span = np.sqrt(count)
+    reaches = np.array([max(1, round(share * span / 2)) for share in FURROW_WIDTHS])
+    furrows(coarse, reaches, span / (2 * float(coarse.sum(dtype=np.float64)) / count), 2 * strength, left)
+    left = left.repeat(step, axis=0).repeat(step, axis=1)[:height, :width]
+    return np.asarray(ndimage.uniform_filter(left, 3))  # along outlines neighbouring pixels see different surfaces

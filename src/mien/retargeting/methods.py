@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
@@ -62,9 +63,48 @@ def _changed(method: Any, key: str, value: Any) -> Any:
     raise InputError(unknown(f"parameter of {method.name!r}", key, parameters(method)))
 
 
+def _names(text: str) -> tuple[str, ...]:
+    return tuple(name.strip() for name in text.split(",") if name.strip())
+
+
+def _pairs(text: str) -> tuple[tuple[str, str], ...]:
+    """Read `a:b,c:d`."""
+    found = [tuple(part.strip() for part in item.rsplit(":", 1)) for item in _names(text)]
+    if not all(len(pair) == 2 and all(pair) for pair in found):
+        raise ValueError
+    return tuple((pair[0], pair[1]) for pair in found)
+
+
+def _factors(text: str) -> dict[str, float]:
+    return {name: float(factor) for name, factor in _pairs(text)}
+
+
+def _bounds(text: str) -> tuple[float, float] | None:
+    if text.strip().lower() == "none":
+        return None
+    ((low, high),) = _pairs(text)
+    return float(low), float(high)
+
+
+WRITTEN: dict[str, tuple[Callable[[str], Any], str]] = {
+    "off": (_names, "names or patterns, as in viseme_*,tongueOut"),
+    "exclusive": (_pairs, "pairs, as in jawLeft:jawRight,mouthLeft:mouthRight"),
+    "symmetric": (_pairs, "pairs, as in eyeBlinkLeft:eyeBlinkRight"),
+    "shape_sparsity": (_factors, "factors, as in tongueOut:5,jawForward:2"),
+    "bounds": (_bounds, "lowest:highest, as in 0:1, or none"),
+}
+"""How parameters that are not one number are written on the command line."""
+
+
 def _as_kind(key: str, value: Any, current: Any) -> Any:
     if not isinstance(value, str):
         return value
+    if key in WRITTEN:
+        read, wanted = WRITTEN[key]
+        try:
+            return read(value)
+        except ValueError:
+            raise InputError(f"{key} must be {wanted}, but is {value!r}.") from None
     try:
         if isinstance(current, bool):
             return {"true": True, "false": False}[value.lower()]
@@ -77,6 +117,4 @@ def _as_kind(key: str, value: Any, current: Any) -> Any:
         raise InputError(f"{key} must be a {type(current).__name__}, but is {value!r}.") from None
     if isinstance(current, str):
         return value
-    raise InputError(
-        f"{key} is not a single number, so it cannot be set to {value!r}; give it by its own option or from Python."
-    )
+    raise InputError(f"{key} cannot be set to {value!r} on the command line; set it from Python.")
