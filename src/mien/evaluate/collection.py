@@ -124,8 +124,14 @@ def all_cases(folder: Path | str, stride: int = 1) -> Iterable[Case]:
     return (made(Path(folder), recipe, stride) for recipe in FULL)
 
 
-def made(folder: Path, recipe: Recipe, stride: int = 1) -> Case:
+def made(folder: Path, recipe: Recipe, stride: int = 1, training: Clip | None = None) -> Case:
     """Make a case.
+
+    Args:
+        folder: where the rigs and recordings are.
+        recipe: what to make.
+        stride: the vertex error is measured at every so many frames.
+        training: to train on instead of the collection's range-of-motion take.
 
     Raises:
         FileError: a file of the collection is missing or damaged.
@@ -138,16 +144,17 @@ def made(folder: Path, recipe: Recipe, stride: int = 1) -> Case:
     on_ict = recipe.character in ON_ICT and recipe.actor not in ("adult", "child")
     table = meanings(folder) if recipe.character == "toon" and on_ict else None
     pairs = _pairs(folder, recipe.actor, recipe.character, recipe.conditions.markers)
-    training = take(folder, TRAINING)
-    half = len(training) // 2
-    test = take(folder, recipe.test) if recipe.test != "rom" else _part(training, half, None)
+    recorded = take(folder, TRAINING)
+    half = len(recorded) // 2
+    test = take(folder, recipe.test) if recipe.test != "rom" else _part(recorded, half, None)
+    shown = recorded if recipe.test != "rom" else _part(recorded, 0, half)
     return make_case(
         recipe.name,
         person,
         character,
         semantics(person.blendshapes.names, character.blendshapes.names, table),
         pairs,
-        training if recipe.test != "rom" else _part(training, 0, half),
+        shown if training is None else training,
         test,
         recipe.conditions,
         stride=stride,

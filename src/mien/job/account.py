@@ -102,8 +102,8 @@ def marker_pictures(retargeter: ShapeRetargeter, markers: Markers, frames: np.nd
     pictures = []
     for points in neutral + seen:
         a, b, c = (points[triangles[:, i]] for i in range(3))
-        turned = np.cross(b - a, c - a)[:, 2] < 0  # a skin this coarse folds at the lips; show no inside
-        skin = np.where(turned[:, None], triangles[:, ::-1], triangles)
+        away = (np.cross(b - a, c - a) * (camera.position - a)).sum(axis=1) < 0
+        skin = np.where(away[:, None], triangles[:, ::-1], triangles)  # so coarse a skin folds at the lips
         dots = [Dots(points, DOT, DOT_RADIUS, on_top=True)]
         pictures.append(render(points, skin, camera, size=(300, 300), colours=clay, dots=dots, crevices=0.0))
     return pictures
