@@ -4,8 +4,8 @@
     python -m benchmarks.accuracy.ablation --knobs rounds freedom
     python -m benchmarks.accuracy.ablation --full
 
-Writes `results/accuracy_ablation.json` and the picture of the accuracy page; its tables
-are made of them by `python -m benchmarks.accuracy.page`.
+Writes `results/accuracy_ablation.json`, from which `python -m benchmarks.accuracy.page`
+makes the table and the picture of the accuracy page.
 """
 
 from __future__ import annotations
@@ -19,7 +19,6 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.accuracy.plots import sweep_sheet
 from benchmarks.report import RESULTS, ROOT, Row, publish
 from mien.core.arrays import Floats
 from mien.evaluate import Case, run_case, summary
@@ -35,7 +34,6 @@ from mien.retargeting.shape_retargeter import shape_retargeter
 
 STRIDE = 8
 """The vertex error is measured at every so many frames."""
-PICTURE = ROOT / "docs" / "pictures" / "ablation.svg"
 CASES = (*QUICK, Recipe("p1", "adult", visemes=True))
 """The quick suite, and a character with visemes that nothing drives."""
 REFERENCES = (FLOOR, "rbf", "direct")
@@ -142,7 +140,7 @@ def variants() -> Iterator[Variant]:
     default = Default()
     for guess in ("direct", "mean", "warp"):
         yield Variant("guess", guess, by_steps(Steps(guess), default))
-    for value, first, second in (("off", 0, 0), ("first", 1, 0), ("first + half", 1, 0.5), ("first + whole", 1, 1)):
+    for value, first, second in (("off", 0, 0), ("once", 1, 0), ("+ half", 1, 0.5), ("+ whole", 1, 1)):
         yield Variant("calibration", value, by_steps(Steps(first=first, second=second), default))
     for full in (0.95, 0.98, 0.99, 0.995, 0.999):
         yield Variant("full", f"{full:g}", by_steps(Steps(refit=Refit(full=full)), default))
@@ -226,10 +224,6 @@ def main() -> None:
     rows = run(recipes, Path(args.data), args.knobs)
     about = f"The default with one thing changed at a time, {len(recipes)} cases, range truth"
     publish(args.json.stem, about, rows, ["numpy", "scipy"], args.json.parent)
-    if not args.knobs:
-        PICTURE.parent.mkdir(parents=True, exist_ok=True)
-        PICTURE.write_text(sweep_sheet(rows), encoding="utf-8")
-        print(f"drawn in {PICTURE}")
 
 
 if __name__ == "__main__":

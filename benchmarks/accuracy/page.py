@@ -1,4 +1,4 @@
-"""Puts the measured tables into `docs/accuracy.md`, from the results that the benchmarks wrote.
+"""Puts the measured tables and the picture into `docs/accuracy.md`, from the results that the benchmarks wrote.
 
     python -m benchmarks.accuracy.page
 
@@ -14,11 +14,13 @@ from typing import Any
 import numpy as np
 
 from benchmarks.accuracy.__main__ import PAPER
+from benchmarks.accuracy.plots import sweep_sheet
 from benchmarks.report import RESULTS, ROOT, Row
 from mien.evaluate.collection import FULL, QUICK, Recipe
 from mien.evaluate.suite import COPY, FLOOR, SAME, TRUTHS
 
 PAGE = ROOT / "docs" / "accuracy.md"
+PICTURE = ROOT / "docs" / "pictures" / "ablation.svg"
 OURS = "range-of-motion"
 METHODS = (FLOOR, OURS, "direct", "rbf", PAPER, COPY)
 FIGURES = {
@@ -103,7 +105,7 @@ def by_method(document: Row) -> str:
         for method in METHODS:
             for row in means:
                 if (row["method"], row["truth"]) == (method, truth):
-                    lines.append([truth, method, *(row.get(key, float("nan")) for key in FIGURES)])
+                    lines.append([truth, method, *(_figure(row, key) for key in FIGURES)])
     return _source(document) + table(["truth", "method", *FIGURES.values()], lines)
 
 
@@ -135,11 +137,14 @@ def by_level(document: Row) -> str:
 
 def ablation(document: Row) -> str:
     """Return the figures of every setting of every knob."""
-    lines = [
-        [row["knob"], row["value"], *(row[k] if k != "worse" else int(row[k]) for k in ABLATED)]
-        for row in document["rows"]
-    ]
+    lines = [[row["knob"], row["value"], *(_figure(row, key) for key in ABLATED)] for row in document["rows"]]
     return _source(document) + table(["knob", "value", *ABLATED.values()], lines)
+
+
+def _figure(row: Row, key: str) -> float | int:
+    """Return a figure of a row; counts are whole."""
+    value = row.get(key, float("nan"))
+    return int(value) if key == "worse" else value
 
 
 def _of_cases(document: Row, key: str) -> dict[str, dict[str, float]]:
@@ -168,7 +173,8 @@ def main() -> None:
     page = filled(page, "all-methods", by_method(read["accuracy"]))
     page = filled(page, "ablation", ablation(read["accuracy_ablation"]))
     PAGE.write_text(page, encoding="utf-8")
-    print(f"filled in {PAGE}")
+    PICTURE.write_text(sweep_sheet(read["accuracy_ablation"]["rows"]), encoding="utf-8")
+    print(f"filled in {PAGE} and drawn {PICTURE}")
 
 
 if __name__ == "__main__":
