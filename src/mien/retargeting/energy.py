@@ -121,7 +121,12 @@ def _runs(seen: Flags) -> list[tuple[int, int]]:
 
 
 def frame_solver(
-    shapes: Floats, names: Sequence[str], bent: Floats, confidence: Floats, settings: SolveSettings
+    shapes: Floats,
+    names: Sequence[str],
+    bent: Floats,
+    confidence: Floats,
+    settings: SolveSettings,
+    cost: Floats | None = None,
 ) -> FrameSolver:
     """Assemble the per-frame problem (eq. 16).
 
@@ -131,6 +136,7 @@ def frame_solver(
         bent: `(K, K)` Gram matrix of the prior, see `bending`.
         confidence: `(M,)` how much each marker counts.
         settings: the knobs.
+        cost: `(K,)` factors on ν, see `visibility`; 1 if None.
 
     Raises:
         InputError: a setting names an unknown shape.
@@ -140,7 +146,7 @@ def frame_solver(
     movement = (shapes**2).sum(axis=2) @ confidence / max(confidence.sum(), 1e-12)
     regular = 2 * settings.prior * bent + 2 * settings.damping * np.diag(movement)
     regular += symmetric_penalty(k, [(int(a), int(b)) for a, b in symmetric], settings.symmetry)
-    l1 = np.full(k, settings.sparsity / k)
+    l1 = settings.sparsity / k * (np.ones(k) if cost is None else cost)
     for name, factor in settings.shape_sparsity.items():
         if name not in names:
             raise InputError(unknown("blendshape", name, names))

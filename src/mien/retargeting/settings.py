@@ -29,6 +29,7 @@ class SolveSettings:
         off: shapes kept at rest, by name or pattern. Visemes are mixtures of the other shapes:
             left in, they take over the jaw's curve. Shapes that match are used all the same if
             the character has no others.
+        unseen: whether a shape costs more the more it moves the face where no marker is.
         shape_sparsity: per-shape factors on ν, by name.
         exclusive: pairs of shapes that are never active together.
         symmetric: pairs of shapes drawn towards equal weights.
@@ -41,6 +42,7 @@ class SolveSettings:
     smooth: float = 0.002
     bounds: tuple[float, float] | None = (0.0, 1.0)
     off: Sequence[str] = ("viseme_*",)
+    unseen: bool = True
     shape_sparsity: Mapping[str, float] = field(default_factory=dict)
     exclusive: Sequence[tuple[str, str]] = ()
     symmetric: Sequence[tuple[str, str]] = ()
@@ -66,7 +68,15 @@ class SolveSettings:
         return off if len(off) < len(names) else ()
 
 
-PAPER: Mapping[str, Any] = {"prior": 0.3, "sparsity": 0.6, "damping": 0.0, "smooth": 0.0, "bounds": None, "off": ()}
+PAPER: Mapping[str, Any] = {
+    "prior": 0.3,
+    "sparsity": 0.6,
+    "damping": 0.0,
+    "smooth": 0.0,
+    "bounds": None,
+    "off": (),
+    "unseen": False,
+}
 """µ and ν as published (Ribera et al. 2017, §5): no bounds, no damping, no smoothing, every shape."""
 
 

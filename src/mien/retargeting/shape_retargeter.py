@@ -20,6 +20,7 @@ from mien.retargeting.energy import FrameSolver, frame_solver
 from mien.retargeting.prepare import Prepared
 from mien.retargeting.prior import bending
 from mien.retargeting.settings import SolveSettings
+from mien.retargeting.visibility import cost_of_unseen
 
 POOR_GAIN = 0.4
 """Below this share of the actor's movement, what is fitted is something else."""
@@ -169,10 +170,11 @@ def shape_retargeter(
     terms, names = prepared.terms, character.blendshapes.names
     off = settings.kept_at_rest(names)
     if off:
-        text = f"{len(off)} shapes are mixtures of the others and are kept at rest (off): {', '.join(off)}."
+        text = f"{len(off)} shapes are kept at rest, as the parameter off says: {', '.join(off)}."
         notes = (*notes, Note("shapes-off", text))
     bent = bending(character, terms.character_centimetre) if settings.prior > 0 else np.zeros((len(names), len(names)))
-    solver = frame_solver(shapes, names, bent, np.asarray(prepared.pairs.confidence), settings)
+    cost = cost_of_unseen(character, prepared.pairs) if settings.unseen else np.ones(len(names))
+    solver = frame_solver(shapes, names, bent, np.asarray(prepared.pairs.confidence), settings, cost)
     return ShapeRetargeter(
         method,
         names,
