@@ -202,6 +202,16 @@ def test_unknown_methods_and_parameters_list_the_known_ones() -> None:
     with pytest.raises(InputError, match="float"):
         make_method("range-of-motion", {"steepness": "high"})
     assert parameters(make_method("rbf", {"sparsity": "0.5"}))["sparsity"] == 0.5
+    for key, value in (
+        ("full", "2"),
+        ("freedom", "-1"),
+        ("steepness", "1e6"),
+        ("smoothing", "-1"),
+        ("keep", "5"),
+        ("damping", "-1"),
+    ):
+        with pytest.raises(InputError, match=key):
+            make_method("range-of-motion", {key: value})
 
 
 def test_copying_maps_spellings_and_says_what_is_left_over() -> None:

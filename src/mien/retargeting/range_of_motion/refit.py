@@ -17,7 +17,7 @@ import numpy as np
 
 from mien.core.arrays import Flags, Floats
 from mien.retargeting.energy import frame_solver
-from mien.retargeting.settings import SolveSettings
+from mien.retargeting.settings import SolveSettings, in_range
 
 SHOWN = 0.1
 """A shape whose strongest weight stays below this was not shown, and keeps its strength."""
@@ -45,6 +45,9 @@ class Refit:
     freedom: float = 0.1
     spread: float = 0.01
     full: float = 0.99
+
+    def __post_init__(self) -> None:
+        in_range(self, freedom=(0, 10), spread=(0, 1), full=(0.5, 1))
 
 
 @dataclass(frozen=True, eq=False)
