@@ -10,7 +10,7 @@ import pytest
 from mien.core import FileError, InputError
 from mien.io.formats import read_markers, read_rig
 from mien.io.trc import write_markers
-from mien.job.pairs import find_pairs
+from mien.job.pairs import OWN, find_pairs
 from mien.job.performance import load_performance, load_source
 from mien.job.retarget import Request, Result
 from mien.vocabularies.marker_sets import MARKER_SETS
@@ -55,6 +55,16 @@ def test_landmarks_beside_the_character_are_found(files: SmallFiles) -> None:
     assert set(LANDMARKS) <= set(pairs.names)
     at = {name: int(c[0]) for name, c in zip(pairs.names, pairs.target.corners, strict=True)}
     assert {name: at[name] for name in LANDMARKS} == LANDMARKS
+
+
+def test_a_dash_stands_for_a_sides_own_landmarks(files: SmallFiles) -> None:
+    name_as_landmarks(files)
+    take, character = load_source(files["take.trc"]), read_rig(files["face.glb"])
+    pairs, _ = find_pairs(take, character, landmarks=(OWN, files["mesh.landmarks.json"]))
+    files["mesh.landmarks.json"].rename(files["face.landmarks.json"])
+    beside, _ = find_pairs(take, character)
+    np.testing.assert_array_equal(pairs.target.corners, beside.target.corners)
+    assert beside.names == pairs.names
 
 
 def test_landmarks_beside_both_meshes_are_found(files: SmallFiles) -> None:

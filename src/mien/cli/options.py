@@ -16,7 +16,9 @@ Neutral = Annotated[str | None, typer.Option(help="The actor's neutral: a frame 
 Pairs = Annotated[Path | None, typer.Option(help="Which point is which (.pairs.json).")]
 Landmarks = Annotated[
     tuple[Path, Path] | None,
-    typer.Option(help="Landmarks of actor and character; pairs are made from them.", metavar="SOURCE TARGET"),
+    typer.Option(
+        help="Landmarks of actor and character, - for a side's own; pairs are made from them.", metavar="SOURCE TARGET"
+    ),
 ]
 Count = Annotated[int, typer.Option(min=4, help="How many pairs to make from landmarks.")]
 Examples = Annotated[Path | None, typer.Option(help="Frames that show named shapes (.csv, .json).")]

@@ -34,10 +34,12 @@ def pairs(
     from mien.io.documents import write_pairs
     from mien.io.formats import read_rig
     from mien.job.outputs import check_place
-    from mien.job.pairs import find_pairs
+    from mien.job.pairs import OWN, find_pairs
     from mien.job.performance import load_source
 
-    check_place(output, [source, target, *(landmarks or ())], (".json",), "a pairs file")
+    check_place(
+        output, [source, target, *(path for path in landmarks or () if path != OWN)], (".json",), "a pairs file"
+    )
     with stages(quiet) as stage:
         stage("read")
         side, character = load_source(source), read_rig(target)

@@ -11,6 +11,7 @@ from mien.core import Clip, FileError, Note
 from mien.core.errors import unknown
 from mien.io.files import written_whole
 from mien.io.formats import FORMATS, write_clip
+from mien.job.pairs import OWN
 from mien.job.retarget import Request, Result
 from mien.vocabularies import ARKIT_NAMES, match
 
@@ -101,7 +102,7 @@ def losses(clip: Clip, outputs: Sequence[Path], csv_format: str) -> tuple[Note, 
 
 def inputs_of(request: Request) -> list[Path]:
     """Return the files a request reads."""
-    landmarks = request.landmarks or ()
+    landmarks = [path for path in request.landmarks or () if path != OWN]
     optional = (request.actor, request.training, request.pairs, request.examples, *landmarks)
     neutral = [Path(request.neutral)] if request.neutral is not None else []
     return [request.performance, request.character, *neutral, *(path for path in optional if path is not None)]

@@ -15,6 +15,8 @@ from mien.io.documents import join, landmarks_on_markers, landmarks_on_mesh, rea
 from mien.job.performance import Performance, frame_number
 from mien.vocabularies.marker_sets import known_landmarks
 
+OWN = Path("-")
+"""In place of a landmark file: the side's own landmarks."""
 DEFAULT_COUNT = 99
 """As many pairs as the range-of-motion paper has markers."""
 
@@ -34,7 +36,8 @@ def find_pairs(
         performance: the actor's side.
         character: the other.
         pairs: a pairs file.
-        landmarks: a landmark file for each side.
+        landmarks: a landmark file for each side; `-` for a side whose own are to be found: beside
+            the file, in the rig, or told by the markers' names.
         count: how many pairs to make from landmarks when the actor is a mesh.
         neutral: frame number of the actor's neutral, if given; with anything else it is found in the take.
 
@@ -46,12 +49,13 @@ def find_pairs(
         names = performance.markers.names if performance.markers is not None else None
         source = performance.actor.neutral if performance.actor is not None else None
         return read_pairs(pairs, character.neutral, names, source), ()
-    target = _target_landmarks(character, landmarks[1] if landmarks else None)
+    mine, theirs = (None if path == OWN else path for path in landmarks or (OWN, OWN))
+    target = _target_landmarks(character, theirs)
     if performance.markers is not None:
-        return _from_markers(performance.markers, character, target, landmarks[0] if landmarks else None, neutral)
+        return _from_markers(performance.markers, character, target, mine, neutral)
     if performance.actor is None:
         raise InputError(f"{performance.path} holds weights; give the actor's rig with --actor, or use --method copy.")
-    return _from_mesh(performance.actor, character, target, landmarks[0] if landmarks else None, count)
+    return _from_mesh(performance.actor, character, target, mine, count)
 
 
 def landmarks_beside(path: Path | None) -> Path | None:
@@ -73,7 +77,7 @@ def _target_landmarks(character: Rig, given: Path | None) -> dict[str, SurfacePo
     if not found:
         raise InputError(
             f"nothing says which point of the actor is which point of {character.name}: give --pairs FILE, or --landmarks "
-            f"SOURCE.json TARGET.json with at least 4 landmarks on both (or put {character.name}.landmarks.json beside the character)."
+            f"SOURCE.json TARGET.json (`-` for a side that has its own) with at least 4 landmarks on both (or put {character.name}.landmarks.json beside the character)."
         )
     return found
 
