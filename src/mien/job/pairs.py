@@ -77,7 +77,8 @@ def _target_landmarks(character: Rig, given: Path | None) -> dict[str, SurfacePo
     if not found:
         raise InputError(
             f"nothing says which point of the actor is which point of {character.name}: give --pairs FILE, or --landmarks "
-            f"SOURCE.json TARGET.json (`-` for a side that has its own) with at least 4 landmarks on both (or put {character.name}.landmarks.json beside the character)."
+            "SOURCE.json TARGET.json (`-` for a side that has its own) with at least 4 landmarks on both (or put "
+            f"{character.name}.landmarks.json beside the character)."
         )
     return found
 
