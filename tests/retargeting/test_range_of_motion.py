@@ -13,7 +13,6 @@ from mien.retargeting.range_of_motion.alignment import (
     Balance,
     alignment_problem,
     cross_expression_laplacian,
-    energies,
     local_support,
 )
 from mien.retargeting.range_of_motion.keys import key_expressions
@@ -21,6 +20,7 @@ from mien.retargeting.range_of_motion.method import marker_laplacian
 from mien.retargeting.range_of_motion.similarity import contrast, similarity, trust_of
 from mien.solve import solve_sylvester
 from tests.retargeting.actors import at_rest, capture, face, pairs_of, points_on, weights
+from tests.retargeting.literal import energies
 
 
 def test_similarity_is_the_cosine_of_displacements(rng: np.random.Generator) -> None:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from mien.cli import options
+
+if TYPE_CHECKING:
+    from mien.job.retarget import Result
 
 Output = Annotated[
     list[Path], typer.Option("-o", "--output", help="Where to write: .glb, .gltf, .csv or .npz; repeat for several.")
@@ -107,11 +110,9 @@ def retarget(
         _summary(result, [*output, *([report] if report else [])])
 
 
-def _summary(result: object, written: list[Path]) -> None:
+def _summary(result: Result, written: list[Path]) -> None:
     from mien.cli.say import console, print_notes
-    from mien.job.retarget import Result
 
-    assert isinstance(result, Result)
     account = result.report.as_json()
     out = console()
     out.print(

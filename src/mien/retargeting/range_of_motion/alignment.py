@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from mien.core.arrays import Floats, Ints
+from mien.core.arrays import Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +66,7 @@ def alignment_problem(
         laplacian: `(M, M)` Laplacian of the triangulated markers.
         balance: the weights of the terms.
     """
-    count, markers = shapes.shape[0], shapes.shape[1]
+    markers = shapes.shape[1]
     reach = local_support(shapes)
     matched = reach[:, :, None] * np.einsum("ke,emc->kmc", similarity, keys) / len(keys)
     graph = cross_expression_laplacian(between)
@@ -74,7 +74,6 @@ def alignment_problem(
     bend = np.asarray((balance.mesh / markers * laplacian.T @ laplacian).todense())
     left = np.diag(similarity.sum(axis=1) / len(keys)) + relation
     load = matched + np.einsum("kl,lmc->kmc", relation, shapes) + np.einsum("mn,knc->kmc", bend, guess)
-    assert left.shape == (count, count)
     return AlignmentProblem(left, bend, load, guess)
 
 
@@ -91,34 +90,3 @@ def cross_expression_laplacian(between: Floats) -> Floats:
     total = np.abs(edges).sum(axis=1, keepdims=True)
     edges = np.divide(edges, total, out=np.zeros_like(edges), where=total > 0)
     return np.asarray(edges - np.diag(edges.sum(axis=1)))
-
-
-def energies(
-    personal: Floats,
-    similarity: Floats,
-    keys: Floats,
-    shapes: Floats,
-    guess: Floats,
-    between: Floats,
-    laplacian: sparse.spmatrix,
-) -> dict[str, float]:
-    """Evaluate `E_Match`, `E_Mesh` and `E_CEG` (eq. 10, 11, 13) term by term, as printed.
-
-    The slow, literal reading: what the assembled problem is tested against.
-    """
-    markers = shapes.shape[1]
-    reach = local_support(shapes)[:, :, None]
-    match = sum(
-        similarity[k, e] * float(((personal[k] - reach[k] * keys[e]) ** 2).sum())
-        for k in range(len(shapes))
-        for e in range(len(keys))
-    ) / len(keys)
-    mesh = sum(float(((laplacian @ d) ** 2).sum()) for d in personal - guess) / markers
-    graph = cross_expression_laplacian(between)
-    drift = np.einsum("kl,lmc->kmc", graph, personal - shapes)
-    return {"match": match, "mesh": mesh, "cross": float((drift**2).sum()) / markers}
-
-
-def keys_of_examples(frames: Ints, examples: Ints) -> Ints:
-    """Add labelled frames to the key expressions, without doubling any."""
-    return np.union1d(frames, examples)
