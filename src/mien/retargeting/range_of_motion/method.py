@@ -1,7 +1,7 @@
 """`range-of-motion`: actor-specific blendshapes with no examples at all (Ribera et al. 2017).
 
-The steps are separate and each can be looked at: similarity, key expressions,
-alignment, solve.
+The steps are separate and each can be looked at: similarity, key expressions, the
+actor's own shapes (refitted, or aligned as published), solve.
 
 Differs from the paper: see `docs/range-of-motion.md`.
 """
@@ -39,9 +39,9 @@ class Alignment:
         similarity: of every shape to every frame.
         keys: the key expressions.
         original: `(K, M, 3)` the character's shapes, scaled and turned onto the actor [cm].
-        guess: `(K, M, 3)` the initial guess [cm].
+        guess: `(K, M, 3)` what the shapes were found from: the warp for `alignment`, else `original` [cm].
         personal: `(K, M, 3)` the actor's own blendshapes [cm].
-        residual: relative residual of the alignment's normal equations.
+        residual: relative residual of the alignment's normal equations; 0 for `refit`, which has none.
     """
 
     similarity: Similarity
