@@ -1,5 +1,6 @@
 """The nouns: frozen dataclasses checked when they are made, and nothing else."""
 
+from mien.core.anatomy import Anatomy, Cluster, Controls, Flexor, Labels, Muscle
 from mien.core.clip import Clip
 from mien.core.correspondence import Correspondence
 from mien.core.errors import FileError, InputError, MienError, MissingPackage, Note
@@ -10,16 +11,22 @@ from mien.core.report import Report
 from mien.core.rig import Blendshapes, Rig, Skeleton, Skin
 
 __all__ = [
+    "Anatomy",
     "Blendshapes",
     "Clip",
+    "Cluster",
+    "Controls",
     "Correspondence",
     "Examples",
     "FileError",
+    "Flexor",
     "InputError",
+    "Labels",
     "Markers",
     "Mesh",
     "MienError",
     "MissingPackage",
+    "Muscle",
     "Note",
     "Report",
     "Rig",

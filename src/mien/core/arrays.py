@@ -83,3 +83,9 @@ def _frozen(array: NDArray[Any]) -> NDArray[Any]:
     view = array.view()
     view.flags.writeable = False
     return view
+
+
+def matching(names: Sequence[str], wanted: Sequence[str]) -> Ints:
+    """Return where each wanted name stands in `names`, -1 where it is absent."""
+    place = {name: i for i, name in enumerate(names)}
+    return np.array([place.get(name, -1) for name in wanted], dtype=np.int64)

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mien.core.arrays import Floats, distinct, floats
+from mien.core.arrays import Floats, distinct, floats, matching
 from mien.core.errors import InputError, Note
-from mien.core.rig import matching
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
+from mien.core.anatomy import Anatomy
 from mien.core.arrays import Floats, Ints, distinct, floats, indices
 from mien.core.errors import InputError, Note, unknown
 from mien.core.mesh import Mesh, SurfacePoints
@@ -112,6 +113,7 @@ class Rig:
         neutral: the mesh at rest.
         blendshapes: the shapes; may be none.
         skeleton, skin: given together, or neither.
+        anatomy: muscles, deformers, attributes and templates, if it has them.
         name: how reports call it.
         source: the file it was read from, which writers use to keep what mien does not understand.
         notes: what was repaired on reading.
@@ -121,6 +123,7 @@ class Rig:
     blendshapes: Blendshapes
     skeleton: Skeleton | None = None
     skin: Skin | None = None
+    anatomy: Anatomy | None = None
     landmarks: Mapping[str, SurfacePoints] = field(default_factory=dict)
     name: str = "character"
     source: Path | None = None
@@ -136,6 +139,9 @@ class Rig:
             raise InputError(f"{self.name!r} needs both a skeleton and a skin, or neither.")
         if self.skin is not None and len(self.skin.weights) != n:
             raise InputError(f"the skin of {self.name!r} covers {len(self.skin.weights)} of {n} vertices.")
+        for part in () if self.anatomy is None else self.anatomy.parts:
+            if len(part.weights) != n:
+                raise InputError(f"{part.name!r} of {self.name!r} covers {len(part.weights)} of {n} vertices.")
 
     def pose(self, weights: Floats, joints: Floats | None = None) -> Floats:
         """Return the vertices of one or many poses (Ribera et al. 2017, eq. 1).
@@ -174,6 +180,7 @@ class Rig:
             neutral=Mesh(self.neutral.vertices[ids], np.empty((0, 3), np.int64)),
             blendshapes=Blendshapes(self.blendshapes.names, self.blendshapes.deltas[:, ids]),
             skin=skin,
+            anatomy=None,
             landmarks={},
         )
 
@@ -181,9 +188,3 @@ class Rig:
 def no_blendshapes(vertex_count: int) -> Blendshapes:
     """Return an empty set for a mesh of `vertex_count` vertices."""
     return Blendshapes((), np.zeros((0, vertex_count, 3)))
-
-
-def matching(names: Sequence[str], wanted: Sequence[str]) -> Ints:
-    """Return where each wanted name stands in `names`, -1 where it is absent."""
-    place = {name: i for i, name in enumerate(names)}
-    return np.array([place.get(name, -1) for name in wanted], dtype=np.int64)
