@@ -11,8 +11,9 @@ SOURCE = Path(__file__).resolve().parents[1] / "src" / "mien"
 
 FLOORS = [
     {"core"},
-    {"geometry", "solve"},
-    {"capture", "vocabularies", "library"},
+    {"geometry", "solve", "vocabularies"},
+    {"rigging"},
+    {"capture", "library"},
     {"io"},
     {"retargeting"},
     {"look", "evaluate"},

@@ -8,8 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mien.core.arrays import Floats, Ints
-from mien.core.rig import matching
+from mien.core.arrays import Floats, Ints, matching
 from mien.geometry.laplacian import cotangent_laplacian
 from mien.io.formats import read_clip, read_rig
 from mien.solve import LassoProblem

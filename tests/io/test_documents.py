@@ -11,13 +11,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mien.core import Correspondence, FileError, Markers, Mesh, MienError, SurfacePoints
+from mien.core import Correspondence, FileError, InputError, Markers, Mesh, MienError, SurfacePoints
 from mien.io.documents import (
     landmarks_on_markers,
     landmarks_on_mesh,
     read_examples,
     read_landmarks,
     read_pairs,
+    write_landmarks,
     write_pairs,
 )
 from tests.conftest import grid_rig
@@ -54,6 +55,30 @@ def pairs(path: Path, rows: Any, **more: Any) -> Path:
 @pytest.fixture
 def path(tmp_path: Path) -> Path:
     return tmp_path / "file.json"
+
+
+def test_landmarks_written_read_back_the_same(path: Path) -> None:
+    corners = MESH.triangles[5]
+    points = {
+        "chin_tip": SurfacePoints.at_vertices(np.array([7])),
+        "cheek": SurfacePoints(corners[None], np.array([[0.2, 0.3, 0.5]])),
+        "turned": SurfacePoints(corners[None, [2, 0, 1]], np.array([[0.1, 0.2, 0.7]])),
+        "edge": SurfacePoints(corners[None, [0, 1, 1]], np.array([[0.25, 0.25, 0.5]])),
+        "brôw": SurfacePoints(np.array([[35, 35, 0]]), np.array([[0.5, 0.5, 0]])),
+    }
+    write_landmarks(path, points, MESH)
+    again = landmarks_on_mesh(read_landmarks(path), MESH, path)
+    assert list(again) == list(points)
+    for name, point in points.items():
+        assert np.abs(again[name].of(MESH.vertices) - point.of(MESH.vertices)).max() < 1e-15
+    assert read_landmarks(path)["chin_tip"] == {"vertex": 7}
+    assert np.array_equal(again["cheek"].weights, points["cheek"].weights)
+
+
+def test_a_landmark_off_the_surface_cannot_be_written(path: Path) -> None:
+    with pytest.raises(InputError, match="no triangle"):
+        write_landmarks(path, {"a": SurfacePoints(np.array([[0, 17, 35]]), np.full((1, 3), 1 / 3))}, MESH)
+    assert not path.exists()
 
 
 def test_a_landmark_is_a_vertex_a_place_in_a_triangle_or_the_nearest_point_to_a_position(path: Path) -> None:

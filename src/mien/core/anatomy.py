@@ -136,6 +136,7 @@ class Anatomy:
         fields: per-vertex attributes `(N,)` or `(N, C)`, by name (`muscle_stress`).
         labels: per-vertex labels, by name (`region`).
         templates: expressions as values of controls, by name.
+        bases: the template that another is meant on top of, by name: `mouthClose` needs `jawOpen`.
         scripts: template weights over time, by name; channels are names of templates.
     """
 
@@ -145,6 +146,7 @@ class Anatomy:
     fields: Mapping[str, Floats] = field(default_factory=dict)
     labels: Mapping[str, Labels] = field(default_factory=dict)
     templates: Mapping[str, Controls] = field(default_factory=dict)
+    bases: Mapping[str, str] = field(default_factory=dict)
     scripts: Mapping[str, Clip] = field(default_factory=dict)
 
     def __post_init__(self) -> None:

@@ -154,7 +154,7 @@ class Rig:
             `(…, N, 3)` positions [m].
         """
         w = np.asarray(weights, dtype=np.float64)
-        flat = self.blendshapes.deltas.reshape(len(self.blendshapes), -1)
+        flat = self.blendshapes.deltas.reshape(len(self.blendshapes), 3 * len(self.neutral.vertices))
         moved = (w @ flat).reshape(*w.shape[:-1], -1, 3)
         moved += self.neutral.vertices
         if joints is None or self.skin is None or self.skeleton is None:

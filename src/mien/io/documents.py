@@ -43,6 +43,24 @@ def read_landmarks(path: Path | str) -> dict[str, Spot]:
     return landmarks
 
 
+def write_landmarks(path: Path | str, landmarks: Mapping[str, SurfacePoints], mesh: Mesh) -> None:
+    """Write a `mien-landmarks` file: each landmark as a vertex, or as a triangle with barycentric weights.
+
+    Raises:
+        InputError: a landmark is not on a triangle of the mesh.
+        FileError: the file cannot be written.
+    """
+    spots = {}
+    for name, point in landmarks.items():
+        spot = _say(point, mesh)
+        spots[name] = spot if isinstance(spot, dict) else {"vertex": spot}
+    lines = ",\n  ".join(f"{json.dumps(name)}: {json.dumps(spot)}" for name, spot in spots.items())
+    with written_whole(Path(path)) as temporary:
+        temporary.write_text(
+            f'{{"format": "mien-landmarks", "version": 1,\n "landmarks": {{\n  {lines}\n }}}}\n', encoding="utf-8"
+        )
+
+
 def landmarks_on_mesh(spots: Mapping[str, Spot], mesh: Mesh, path: Path) -> dict[str, SurfacePoints]:
     """Find landmarks on a mesh.
 
@@ -254,12 +272,18 @@ def _say(point: SurfacePoints, mesh: Mesh) -> Any:
     weights, corners = point.weights[0], point.corners[0]
     if weights.max() == 1:
         return int(corners[np.argmax(weights)])
-    row = np.flatnonzero((mesh.triangles == corners).all(axis=1))
-    if not len(row):
+    a, b, c = mesh.triangles.T
+    inside = (a != b) & (b != c) & (c != a)
+    for corner in corners[weights > 0]:
+        inside &= (mesh.triangles == corner).any(axis=1)
+    row = np.flatnonzero(inside)
+    if not len(row) or (weights < 0).any():
         raise InputError(
-            f"a pair lies on the vertices {corners.tolist()}, which are no triangle of the mesh; it cannot be written."
+            f"a point lies on the vertices {corners.tolist()} with the weights {weights.tolist()}, which is inside no "
+            "triangle of the mesh; it cannot be written."
         )
-    return {"triangle": int(row[0]), "barycentric": [round(float(w), 9) for w in weights]}
+    own = [float(weights[corners == corner].sum()) for corner in mesh.triangles[row[0]]]
+    return {"triangle": int(row[0]), "barycentric": own}
 
 
 def _whole(value: Any, count: int, what: str) -> int:

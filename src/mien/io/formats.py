@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mien.core import Clip, FileError, Markers, Rig
-from mien.io import c3d, gltf, livelink, npz, obj, trc, weights
+from mien.io import c3d, gltf, livelink, makehuman, npz, obj, trc, weights
 
 
 @dataclass(frozen=True)
@@ -45,6 +45,9 @@ FORMATS: tuple[Format, ...] = (
         write_clip=gltf.write_clip,
     ),
     Format("obj", ("", ".obj"), "a folder: the neutral and one file per shape", read_rig=obj.read_rig),
+    Format(
+        "makehuman", (".mhskel",), "MakeHuman bones, with their mesh and weights beside", read_rig=makehuman.read_rig
+    ),
     Format("c3d", (".c3d",), "optical markers, binary", read_markers=c3d.read_markers),
     Format("trc", (".trc",), "optical markers, text", read_markers=trc.read_markers),
     Format(

@@ -24,6 +24,7 @@ class Eye:
         iris: radius of the iris.
         meet: where the lids meet: 0 at the centre's height, -0.5 at the lower lid.
         points: number of vertices around the opening, a multiple of six.
+        crease: depth of the fold above the upper lid.
     """
 
     centre: Point
@@ -36,6 +37,7 @@ class Eye:
     iris: float
     meet: float = -0.25
     points: int = 24
+    crease: float = 0.0
 
     def edge(self, angles: Floats) -> Floats:
         """Return `(n, 2)` front-view positions of the lid's edge at these angles."""
@@ -43,6 +45,12 @@ class Eye:
         height = np.where(sine > 0, self.upper, self.lower) * sine * np.abs(sine) ** 0.25
         x = self.centre[0] + self.half_width * np.cos(angles)
         return np.stack([x, self.centre[1] + self.tilt * np.cos(angles) + height], axis=1)
+
+    def rim(self, angles: Floats) -> Floats:
+        """Return `(n, 3)` positions of the lid's edge, standing clear of the eyeball."""
+        edge = self.edge(angles)
+        off = ((edge - np.array(self.centre[:2])) ** 2).sum(axis=1)
+        return np.column_stack([edge, self.centre[2] + np.sqrt((self.radius + self.clearance) ** 2 - off)])
 
     def closing(self, angles: Floats) -> Floats:
         """Return by how much each point of the edge must turn down about the eye's x-axis to close it [rad]."""
@@ -64,6 +72,8 @@ class Mouth:
         upper, lower: height of the lips' red at the midline.
         fullness: how far they stand out.
         points: number of vertices around half the slit, odd.
+        bow: how far the upper lip's border dips at the midline, over the height of its red (Cupid's bow).
+        philtrum: depth of the groove between the upper lip and the nose.
     """
 
     height: float
@@ -73,6 +83,50 @@ class Mouth:
     lower: float
     fullness: float
     points: int = 25
+    bow: float = 0.0
+    philtrum: float = 0.0
+
+
+@dataclass(frozen=True)
+class Ear:
+    """The left ear [cm].
+
+    Attributes:
+        centre: its middle in the side view, and how far out its front edge is attached.
+        height, width: of the auricle.
+        lean: how far its top leans back [rad].
+        flare: by how much its plane turns out from the side of the head [rad].
+        points: number of vertices around it.
+    """
+
+    centre: Point
+    height: float
+    width: float
+    lean: float
+    flare: float
+    points: int = 18
+
+
+@dataclass(frozen=True)
+class Nostril:
+    """The left nostril [cm].
+
+    Attributes:
+        centre: its middle on the underside of the nose, about.
+        axis: the direction in which it faces.
+        long, wide: its half-axes.
+        yaw: how far its long axis turns outwards from straight back [rad].
+        depth: how deep it goes.
+        points: number of vertices around it.
+    """
+
+    centre: Point
+    axis: Point
+    long: float
+    wide: float
+    yaw: float
+    depth: float
+    points: int = 8
 
 
 @dataclass(frozen=True)
@@ -89,6 +143,9 @@ class Measures:
         neck: height at which the neck is cut.
         places: positions of further landmarks on the left or the midline, to within a centimetre.
         spacing: distance between grid points in front and at the back [degrees].
+        fine: places that need a finer grid: where, how far around [cm], and the spacing's share there.
+        ear, nostril: modelled as rings of their own where given.
+        tongue: centre and half-axes, where there is one.
     """
 
     solids: Solids
@@ -101,6 +158,10 @@ class Measures:
     neck: float
     places: dict[str, Point]
     spacing: tuple[float, float]
+    fine: tuple[tuple[Point, float, float], ...] = ()
+    ear: Ear | None = None
+    nostril: Nostril | None = None
+    tongue: tuple[Point, Point] | None = None
 
 
 def front(measures: Measures, xy: Floats) -> Floats:

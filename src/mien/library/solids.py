@@ -36,8 +36,8 @@ class Ball:
     def distance(self, points: Floats) -> Floats:
         """Return the approximate signed distance of `(N, 3)` points, negative inside."""
         q = (points - self.centre) / self.radii
-        length = np.linalg.norm(q, axis=1)
-        gradient = np.linalg.norm(q / self.radii, axis=1)
+        length = _lengths(q)
+        gradient = _lengths(q / self.radii)
         return np.asarray(length * (length - 1) / np.maximum(gradient, 1e-9))
 
 
@@ -56,7 +56,7 @@ class Bar:
         start, axis = np.array(self.start), np.subtract(self.end, self.start)
         along = np.clip((points - start) @ axis / (axis @ axis), 0, 1)
         radius = self.radii[0] + along * (self.radii[1] - self.radii[0])
-        return np.asarray(np.linalg.norm(points - start - along[:, None] * axis, axis=1) - radius)
+        return _lengths(points - start - along[:, None] * axis) - radius
 
 
 Solids = Sequence[Ball | Bar]
@@ -92,6 +92,11 @@ def first_hit(solids: Solids, origins: Floats, directions: Floats) -> Floats:
         if not moving.size:
             break
     return points
+
+
+def _lengths(vectors: Floats) -> Floats:
+    """Return the lengths of `(n, 3)` vectors, faster than `np.linalg.norm` along an axis."""
+    return np.asarray(np.sqrt(np.einsum("ni,ni->n", vectors, vectors)))
 
 
 def _blended(a: Floats, b: Floats, width: float) -> Floats:

@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from mien.core import Mesh, Rig
+from mien.core import InputError, Mesh, Rig
 from mien.core.arrays import Floats, Ints
-from mien.look.shade import SKIN, linear
+from mien.core.errors import unknown
+from mien.look.shade import SKIN, encoded, linear
 
 COLOURS: Mapping[str, Floats] = {
     "skin": SKIN,
@@ -65,9 +66,24 @@ class Surface:
     same: Ints
 
 
-def surface_of(rig: Rig) -> Surface:
-    """Return a rig's surface with each part in its colour."""
+def surface_of(rig: Rig, paint: Mapping[str, tuple[float, float, float]] | None = None) -> Surface:
+    """Return a rig's surface with each part in its colour.
+
+    Args:
+        rig: whose surface.
+        paint: linear red, green and blue of vertex groups, later ones over earlier, instead of what their names tell.
+
+    Raises:
+        InputError: the rig has no group of that name.
+    """
     mesh = rig.neutral
+    if paint is not None:
+        colours = np.tile(SKIN, (len(mesh.vertices), 1))
+        for group, colour in paint.items():
+            if group not in mesh.groups:
+                raise InputError(unknown("vertex group", group, mesh.groups))
+            colours[mesh.groups[group]] = encoded(np.array(colour))
+        return Surface(mesh.triangles, colours, np.zeros(mesh.vertices.shape), _moving_together(rig))
     same = _moving_together(rig)
     piece = _pieces(mesh, same)
     part = _told_by_name(mesh)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,10 +32,24 @@ class Portrait:
 
     @classmethod
     def of(
-        cls, rig: Rig, view: View = "front", *, size: tuple[int, int] = (512, 512), camera: Camera | None = None
+        cls,
+        rig: Rig,
+        view: View = "front",
+        *,
+        size: tuple[int, int] = (512, 512),
+        camera: Camera | None = None,
+        paint: Mapping[str, tuple[float, float, float]] | None = None,
     ) -> Portrait:
-        """Make ready to picture a rig, the face filling the picture unless a camera is given."""
-        return cls(rig, surface_of(rig), camera or frame_face(rig, view, aspect=size[0] / size[1]), size)
+        """Make ready to picture a rig, the face filling the picture unless a camera is given.
+
+        Args:
+            rig: who is pictured.
+            view: from where.
+            size: width and height [pixels].
+            camera: instead of the one that frames the face.
+            paint: linear red, green and blue of vertex groups, for a rig that has colours of its own.
+        """
+        return cls(rig, surface_of(rig, paint), camera or frame_face(rig, view, aspect=size[0] / size[1]), size)
 
     def picture(
         self,

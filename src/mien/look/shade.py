@@ -19,6 +19,12 @@ def linear(colour: Floats) -> Floats:
     return np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4)
 
 
+def encoded(light: Floats) -> Floats:
+    """Return sRGB values for light between 0 and 1, what `linear` undoes."""
+    c = np.clip(np.asarray(light, dtype=np.float64), 0, 1)
+    return np.where(c <= 0.0031308, 12.92 * c, 1.055 * c ** (1 / 2.4) - 0.055)
+
+
 def _towards(x: float, y: float, z: float) -> Floats:
     direction = np.array([x, y, z])
     return np.asarray(direction / np.linalg.norm(direction))
@@ -50,8 +56,7 @@ def encoding(steps: int = 8192) -> NDArray[np.uint8]:
     """Return sRGB bytes for linear light from 0 to `BRIGHTEST`, rolling off softly above `KNEE`."""
     light = np.linspace(0, BRIGHTEST, steps)
     rolled = np.where(light > KNEE, KNEE + (1 - KNEE) * np.tanh((light - KNEE) / (1 - KNEE)), light)
-    curve = np.where(rolled <= 0.0031308, 12.92 * rolled, 1.055 * rolled ** (1 / 2.4) - 0.055)
-    return np.round(255 * curve).astype(np.uint8)
+    return np.round(255 * encoded(rolled)).astype(np.uint8)
 
 
 _RAMP = np.array([[0.80, 0.79, 0.77], [0.98, 0.85, 0.45], [0.93, 0.50, 0.20], [0.70, 0.10, 0.15], [0.35, 0.02, 0.22]])

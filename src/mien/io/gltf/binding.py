@@ -77,14 +77,18 @@ def _skins(document: Document, scene: Scene, instances: list[Instance], joints: 
 
 def _moving(document: Document, scene: Scene, instances: list[Instance]) -> bool:
     """Return whether any animation moves a node that carries a mesh."""
-    carriers = scene.lineage(instance.node for instance in instances)
-    for animation in document.top.each("animations"):
-        for channel in animation.each("channels"):
-            target = channel.inner("target")
-            moves = target.text("path") in {"translation", "rotation", "scale"} and "node" in target
-            if moves and target.integer("node") in carriers:
-                return True
-    return False
+    return not animated_nodes(document).isdisjoint(scene.lineage(instance.node for instance in instances))
+
+
+def animated_nodes(document: Document) -> set[int]:
+    """Return the nodes that any animation translates, rotates or scales."""
+    targets = [
+        channel.inner("target")
+        for animation in document.top.each("animations")
+        for channel in animation.each("channels")
+    ]
+    paths = {"translation", "rotation", "scale"}
+    return {target.integer("node") for target in targets if target.text("path") in paths and "node" in target}
 
 
 def _unheld(part: Part) -> bool:

@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from mien.core import Mesh, Rig, Skeleton, Skin
+from mien.core import Mesh, Rig
 from mien.core.arrays import Flags, Floats, Ints
+from mien.io.gltf.anatomy import describe
+from mien.io.gltf.bones import add_influences, add_joints, add_skin
 from mien.io.gltf.container import Document
 from mien.io.gltf.packing import INDICES, VERTICES, Packing
-from mien.io.gltf.transforms import composed, decomposed
 
 SKIN = (0.8, 0.62, 0.54)
 """A neutral look: rigs carry no materials of their own."""
@@ -28,15 +29,17 @@ def document_of(path: Path, rig: Rig, colours: Colours) -> Packing:
     node: dict[str, Any] = {"name": rig.name, "mesh": 0}
     roots: list[int] = []
     if rig.skeleton is not None and rig.skin is not None:
-        roots = _add_skeleton(packing, rig.skeleton)
-        node["skin"] = _add_skin(packing, rig.skin)
-    packing.add("meshes", _mesh(packing, rig, colours))
+        joints = add_joints(packing, rig.skeleton)
+        roots = [joints[i] for i in np.flatnonzero(rig.skeleton.parents < 0)]
+        node["skin"] = add_skin(packing, joints, rig.skin.inverse_bind)
+    packing.add("meshes", mesh_of(packing, rig, colours))
     roots.append(packing.add("nodes", node))
     root["scene"] = packing.add("scenes", {"nodes": roots})
+    describe(packing, rig, seams(rig.neutral)[0])
     return packing
 
 
-def _mesh(packing: Packing, rig: Rig, colours: Colours) -> dict[str, Any]:
+def mesh_of(packing: Packing, rig: Rig, colours: Colours) -> dict[str, Any]:
     """Return one mesh whose primitives share all vertices, so that their order is the rig's."""
     neutral = rig.neutral
     origin, texture, triangles = seams(neutral)
@@ -49,7 +52,7 @@ def _mesh(packing: Packing, rig: Rig, colours: Colours) -> dict[str, Any]:
     if texture is not None:
         attributes["TEXCOORD_0"] = packing.array(texture, "<f4", target=VERTICES)
     if rig.skin is not None:
-        attributes |= _influences(packing, rig.skin, origin)
+        attributes |= add_influences(packing, rig.skin, origin)
     shared: dict[str, Any] = {"attributes": attributes}
     mesh: dict[str, Any] = {"name": rig.name, "primitives": []}
     if len(rig.blendshapes):
@@ -120,56 +123,3 @@ def normals(vertices: Floats, triangles: Ints) -> Floats:
     flat = length[:, 0] < np.finfo(float).tiny
     total[flat], length[flat] = (0, 0, 1), 1
     return np.asarray(total / length)
-
-
-def _influences(packing: Packing, skin: Skin, origin: Ints) -> dict[str, int]:
-    """Store joints and weights in sets of four, each joint once per vertex and unused ones as 0."""
-    spare = -skin.weights.shape[1] % 4
-    joints = np.pad(skin.joints, ((0, 0), (0, spare)))[origin]
-    weights = np.pad(skin.weights, ((0, 0), (0, spare)))[origin]
-    for i in range(joints.shape[1]):
-        for j in range(i):
-            same = joints[:, i] == joints[:, j]
-            weights[same, j] += weights[same, i]
-            weights[same, i] = 0
-    weights = weights.astype("<f4")
-    weights /= weights.sum(axis=1, keepdims=True)
-    joints = np.where(weights > 0, joints, 0)
-    small = "|u1" if len(skin.inverse_bind) <= 256 else "<u2"
-    stored = {}
-    for n in range(joints.shape[1] // 4):
-        four = slice(4 * n, 4 * n + 4)
-        stored[f"JOINTS_{n}"] = packing.array(joints[:, four], small, target=VERTICES)
-        stored[f"WEIGHTS_{n}"] = packing.array(weights[:, four], "<f4", target=VERTICES)
-    return stored
-
-
-def _add_skeleton(packing: Packing, skeleton: Skeleton) -> list[int]:
-    """Add the joints as nodes and return those without a parent."""
-    nodes: list[dict[str, Any]] = []
-    for name, parent, rest in zip(skeleton.names, skeleton.parents, skeleton.rest, strict=True):
-        local = rest if parent < 0 else np.linalg.solve(skeleton.rest[parent], rest)
-        nodes.append({"name": name, **_transform(local)})
-    for child, parent in enumerate(skeleton.parents):
-        if parent >= 0:
-            nodes[parent].setdefault("children", []).append(child)
-    for node in nodes:
-        packing.add("nodes", node)
-    return [int(i) for i in np.flatnonzero(skeleton.parents < 0)]
-
-
-def _transform(local: Floats) -> dict[str, list[float]]:
-    parts = decomposed(local)
-    if np.allclose(composed(*parts), local, rtol=1e-6, atol=1e-9):
-        return {path: p.tolist() for path, p in zip(("translation", "rotation", "scale"), parts, strict=True)}
-    affine = local.copy()
-    affine[3] = 0, 0, 0, 1
-    return {"matrix": affine.T.ravel().tolist()}
-
-
-def _add_skin(packing: Packing, skin: Skin) -> int:
-    count = len(skin.inverse_bind)
-    matrices = skin.inverse_bind.copy()
-    matrices[:, 3] = 0, 0, 0, 1
-    stored = packing.array(matrices.swapaxes(1, 2).reshape(count, 16), "<f4")
-    return packing.add("skins", {"joints": list(range(count)), "inverseBindMatrices": stored})

@@ -50,7 +50,8 @@ class Surface:
         parts: its distinct vertices.
         triangles: `(T, 3)` indices into the concatenated vertices of the parts.
         uv: `(T, 3, 2)`, or None if no primitive has texture coordinates.
-        materials: per primitive its material's name and the vertices it uses.
+        materials: per primitive of triangles its material's name and the vertices it uses.
+        owners: per primitive of the file the number of its part; -1 for points and lines.
         notes: what was left out.
     """
 
@@ -58,6 +59,7 @@ class Surface:
     triangles: Ints
     uv: Floats | None
     materials: tuple[tuple[str, Ints], ...]
+    owners: tuple[int, ...]
     notes: tuple[Note, ...]
 
     @property
@@ -74,25 +76,28 @@ def read_surface(document: Document, mesh: Fields) -> Surface:
     Raises:
         FileError: something it needs is missing, out of range or not finite.
     """
-    parts: dict[tuple[object, ...], tuple[int, Part]] = {}
+    parts: dict[tuple[object, ...], tuple[int, int, Part]] = {}
     corners: list[Ints] = []
     uvs: list[Floats | None] = []
     materials: list[tuple[str, Ints]] = []
+    owners: list[int] = []
     notes: list[Note] = []
     total = 0
     for primitive in mesh.each("primitives"):
         mode = primitive.integer("mode", TRIANGLES)
         if mode not in {TRIANGLES, STRIP, FAN}:
             notes.append(Note("not-triangles", "points or lines are left out", primitive.where))
+            owners.append(-1)
             continue
         packed = primitive.extension("KHR_draco_mesh_compression")
         unpacked = {} if packed is None else draco.decoded(document, packed)
         key = _identity(primitive, packed)
         if key not in parts:
-            parts[key] = (total, _part(document, primitive, unpacked))
-            total += len(parts[key][1].positions)
+            parts[key] = (len(parts), total, _part(document, primitive, unpacked))
+            total += len(parts[key][2].positions)
             check_size(mesh, total, 0)
-        start, part = parts[key]
+        owner, start, part = parts[key]
+        owners.append(owner)
         triangles = unpacked[""] if unpacked else _triangles(document, primitive, mode, len(part.positions))
         if triangles.size and triangles.max() >= len(part.positions):
             raise primitive.error(f"uses vertex {triangles.max()}, but has only {len(part.positions)}")
@@ -103,12 +108,13 @@ def read_surface(document: Document, mesh: Fields) -> Surface:
         materials.append((_material(document, primitive), np.unique(triangles) + start))
     has_uv = any(uv is not None for uv in uvs)
     return Surface(
-        tuple(part for _, part in parts.values()),
+        tuple(part for *_, part in parts.values()),
         np.concatenate([np.empty((0, 3), np.int64), *corners]),
         np.concatenate([np.zeros((len(c), 3, 2)) if u is None else u for c, u in zip(corners, uvs, strict=True)])
         if has_uv
         else None,
         tuple(materials),
+        tuple(owners),
         tuple(notes),
     )
 

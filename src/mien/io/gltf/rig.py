@@ -10,6 +10,7 @@ import numpy as np
 from mien.core import Blendshapes, FileError, InputError, Mesh, Rig
 from mien.core.arrays import Floats
 from mien.io.gltf.accessors import floats_at
+from mien.io.gltf.anatomy_read import described
 from mien.io.gltf.binding import bind
 from mien.io.gltf.container import MESHOPT, Document, open_document
 from mien.io.gltf.instances import Instance, read_instances, vertex_groups
@@ -36,14 +37,20 @@ class Character:
     """A rig and where its pieces are in the document.
 
     Attributes:
+        document: the document.
         rig: the rig.
         scene: the document's nodes.
         joint_nodes: the node of each of the skeleton's joints.
+        instances: the mesh nodes with their places among the rig's vertices.
+        to_world: `(N, 4, 4)` from each vertex's own space to the world at rest.
     """
 
+    document: Document
     rig: Rig
     scene: Scene
     joint_nodes: tuple[int, ...]
+    instances: tuple[Instance, ...]
+    to_world: Floats
 
 
 def read_rig(path: Path) -> Rig:
@@ -74,16 +81,19 @@ def _character(document: Document) -> Character:
     scene = read_scene(document)
     instances, notes = read_instances(document, scene)
     binding = bind(document, scene, instances, notes)
+    anatomy, landmarks, unread = described(document, instances[-1].stop)
     rig = Rig(
         _neutral(document, scene, instances, binding.to_world),
         _blendshapes(document, instances, binding.to_world[:, :3, :3]),
         None if binding.skin is None else binding.joints.skeleton(scene),
         binding.skin,
+        anatomy,
+        landmarks,
         name=document.path.stem,
         source=document.path,
-        notes=tuple(notes),
+        notes=(*notes, *unread),
     )
-    return Character(rig, scene, tuple(binding.joints.nodes))
+    return Character(document, rig, scene, tuple(binding.joints.nodes), tuple(instances), binding.to_world)
 
 
 def _check_extensions(document: Document) -> None:

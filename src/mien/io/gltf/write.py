@@ -44,9 +44,9 @@ def write_clip(path: Path, clip: Clip, rig: Rig | None, name: str = "mien") -> N
         write_rig(path, rig, clip, name)
         return
     document = open_document(rig.source)
-    nodes: Sequence[int] = character(document).joint_nodes if _joints(clip, rig) is not None else ()
+    nodes: Sequence[int] = character(document).joint_nodes if moved_joints(clip, rig) is not None else ()
     packing = Packing(document)
-    _animate(packing, clip, nodes, name)
+    animate(packing, clip, nodes, name)
     packing.write(path)
 
 
@@ -73,12 +73,12 @@ def write_rig(
         raise InputError(f"{rig.name!r} has no triangles; a glTF file needs a surface.")
     packing = document_of(path, rig, colours or {})
     if clip is not None:
-        joints = _joints(clip, rig)
-        _animate(packing, clip, () if joints is None else range(joints.shape[1]), name)
+        joints = moved_joints(clip, rig)
+        animate(packing, clip, () if joints is None else range(joints.shape[1]), name)
     packing.write(path)
 
 
-def _joints(clip: Clip, rig: Rig) -> Floats | None:
+def moved_joints(clip: Clip, rig: Rig) -> Floats | None:
     """Return the clip's joint matrices if they are about a skeleton the rig has."""
     if clip.joints is None or rig.skeleton is None:
         return None
@@ -90,7 +90,7 @@ def _joints(clip: Clip, rig: Rig) -> Floats | None:
     return clip.joints
 
 
-def _animate(packing: Packing, clip: Clip, joint_nodes: Sequence[int], name: str) -> None:
+def animate(packing: Packing, clip: Clip, joint_nodes: Sequence[int], name: str) -> None:
     """Add an animation to a document and put it before the others."""
     if not len(clip):
         raise InputError("the clip has no frames; nothing can be written.")

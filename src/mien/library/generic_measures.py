@@ -1,0 +1,78 @@
+"""The generic head: soft, androgynous adult proportions after Farkas' canons."""
+
+from __future__ import annotations
+
+from mien.library.measures import Ear, Eye, Measures, Mouth, Nostril
+from mien.library.solids import Ball, Bar
+
+GENERIC = Measures(
+    solids=(
+        Ball((0, 2.8, -0.9), (7.2, 8.2, 9.2), 1),
+        Ball((0, 4.2, 3.0), (5.2, 4.6, 5.1), 3.0),
+        Ball((0, -3.2, 2.2), (5.2, 6.4, 6.1), 2.8),
+        Bar((0, -6, -1.6), (0, -20, -4.8), (3.8, 4.5), 2.0),
+        Bar((4.7, -4, -3.2), (1.4, -20, -0.6), (1.0, 0.9), 3.0),
+        Bar((1.5, -6, -6.0), (4.0, -21, -6.8), (1.5, 2.4), 4.0),
+        Ball((0, -9.2, 3.2), (3.2, 1.8, 3.8), 3.5),
+        Bar((1.0, -9.9, 6.3), (4.0, -7.0, 0.4), (1.2, 0.7), 2.6),
+        Bar((4.0, -7.0, 0.4), (5.3, -1.8, -0.8), (0.7, 0.9), 2.6),
+        Ball((0, -9.95, 7.4), (1.4, 1.25, 1.55), 1.8),
+        Ball((0, -6.3, 6.4), (2.9, 2.3, 2.75), 2.0),
+        Ball((2.9, -4.4, 4.5), (2.2, 2.9, 2.9), 2.4),
+        Ball((3.8, -3.8, 2.0), (1.7, 2.8, 3.0), 2.4),
+        Bar((3.5, -2.2, 6.1), (5.8, -1.3, 2.2), (0.9, 0.7), 2.4),
+        Bar((1.0, 1.7, 7.9), (4.4, 1.9, 6.0), (0.8, 0.6), 2.0),
+        Ball((3.1, -0.1, 9.2), (2.0, 1.3, 1.9), 1.3, carve=True),
+        Bar((0, 0.8, 7.75), (0, -3.0, 9.55), (0.55, 0.62), 1.5),
+        Bar((0.2, -0.8, 7.4), (0.75, -3.3, 8.1), (0.45, 0.55), 1.9),
+        Ball((0, -3.25, 9.95), (0.74, 0.7, 0.9), 0.9),
+        Ball((0.98, -3.75, 8.95), (0.64, 0.6, 0.95), 0.6),
+        Ball((0, -3.9, 9.5), (0.35, 0.5, 0.9), 0.5),
+        Ball((3.12, 0, 6.1), (1.88, 1.88, 1.88), 0.6),
+    ),
+    eye=Eye(
+        centre=(3.12, 0, 6.1),
+        radius=1.72,
+        half_width=1.5,
+        upper=0.6,
+        lower=0.48,
+        tilt=0.06,
+        clearance=0.05,
+        iris=0.66,
+        crease=0.08,
+    ),
+    mouth=Mouth(
+        height=-6.7,
+        half_width=2.4,
+        lift=0.1,
+        upper=0.72,
+        lower=0.9,
+        fullness=0.32,
+        points=21,
+        bow=0.22,
+        philtrum=0.12,
+    ),
+    brow=((1.3, 1.8), (3.5, 2.3), (5.0, 1.6), (0.21, 0.1)),
+    teeth=(2.5, 0.9, 7.6, 2.8),
+    centre=(0, -2.0, -1.0),
+    hinge=(-1.4, -0.4),
+    neck=-16.0,
+    spacing=(4.7, 11.0),
+    fine=(((0, -3.2, 9.5), 2.2, 0.42), ((0, -9.8, 8.5), 2.5, 0.7)),
+    places={
+        "glabella": (0, 1.8, 8.9),
+        "nasion": (0, 0.45, 8.9),
+        "nose_tip": (0, -3.25, 10.85),
+        "subnasale": (0, -4.6, 9.3),
+        "wing": (1.75, -3.9, 8.8),
+        "chin_tip": (0, -10.2, 8.9),
+        "gonion_left": (5.2, -7.5, 0.4),
+        "zygion_left": (6.6, -1.4, 2.8),
+        "cheek_left": (3.9, -3.8, 7.0),
+        "forehead_centre": (0, 5.4, 8.2),
+    },
+    ear=Ear(centre=(6.8, -0.9, -2.9), height=6.2, width=3.5, lean=0.16, flare=0.45, points=16),
+    nostril=Nostril(centre=(0.6, -4.1, 9.45), axis=(0.15, -0.9, 0.3), long=0.36, wide=0.22, yaw=0.35, depth=0.5),
+    tongue=((0, -8.0, 4.6), (1.9, 0.7, 3.0)),
+)
+"""Eyes half way up the head, a face of three thirds, a mouth as wide as the irises are apart."""

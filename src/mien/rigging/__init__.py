@@ -1,0 +1,1 @@
+"""Rig transfer: a rig made for one face, put on any other."""

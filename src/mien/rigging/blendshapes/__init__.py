@@ -1,0 +1,104 @@
+"""A rig's blendshapes on another face, by one of three methods, with what is attached to the face.
+
+One row of `METHODS` says where a method is and what it is for.  Whatever moves the skin,
+parts such as eyes and teeth follow as `parts` says, and lids and lips that meet on the
+source are made to meet by `contact`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from mien.core import Blendshapes, InputError, Note, Rig, SurfacePoints
+from mien.core.arrays import Floats
+from mien.core.errors import unknown
+from mien.rigging.blendshapes import deformation_transfer, rbf
+from mien.rigging.blendshapes.dense import transfer as through_correspondence
+from mien.rigging.contact import Closing, close
+from mien.rigging.dense import DenseFit
+from mien.rigging.parts import move_parts
+from mien.vocabularies import shape_key
+
+
+@dataclass(frozen=True)
+class Method:
+    """A way to move the skin's shapes.
+
+    Attributes:
+        about: one line for tables.
+        transfer: from the source's deltas `(K, Ns, 3)`, the correspondence and the points on the source of the
+            target's skin vertices, to the displacements `(K, M, 3)` of those vertices.
+    """
+
+    about: str
+    transfer: Callable[[Floats, DenseFit, SurfacePoints], Floats]
+
+
+METHODS: dict[str, Method] = {
+    "dense": Method("every vertex moves as its point on the source, turned and scaled", through_correspondence),
+    "rbf": Method("the landmark warp of the moved face less that of the face at rest", rbf.transfer),
+    "deformation-transfer": Method(
+        "every triangle deforms as its counterpart (Sumner & Popović 2004)", deformation_transfer.transfer
+    ),
+}
+
+
+def carried(
+    rig: Rig, fit: DenseFit, method: str = "dense", *, contact: bool = True
+) -> tuple[Blendshapes, tuple[Note, ...]]:
+    """Carry a rig's blendshapes to the face it was laid on.
+
+    Args:
+        rig: the source, on whose neutral `fit` was made.
+        fit: the correspondence.
+        method: a key of `METHODS`.
+        contact: whether lids and lips that meet on the source are made to meet.
+
+    Returns:
+        The shapes of the target under the same names; and notes on empty shapes, parts, and gaps that were closed.
+
+    Raises:
+        InputError: an unknown method, or a fit of another mesh.
+    """
+    if method not in METHODS:
+        raise InputError(unknown("method to carry blendshapes by", method, METHODS))
+    if len(fit.source.vertices) != len(rig.neutral.vertices):
+        raise InputError(
+            f"the correspondence is of a face with {len(fit.source.vertices)} vertices, but the rig {rig.name!r} has "
+            f"{len(rig.neutral.vertices)}; lay this rig's neutral on the target first."
+        )
+    deltas = rig.blendshapes.deltas
+    skin = np.flatnonzero(fit.target_skin)
+    moved = np.zeros((len(deltas), len(fit.target.vertices), 3))
+    moved[:, skin] = METHODS[method].transfer(deltas, fit, fit.back.take(skin))
+    notes = [Note("empty-blendshape", "the shape moves nothing on the source", name) for name in rig.blendshapes.empty]
+    if contact:
+        moved, closings = close(deltas, moved, poses(rig.blendshapes.names), fit)
+        notes += [_closed(closing) for closing in closings]
+    moved, attached = move_parts(deltas, moved, fit)
+    return Blendshapes(rig.blendshapes.names, moved), (*notes, *attached)
+
+
+def poses(names: tuple[str, ...]) -> dict[str, tuple[int, ...]]:
+    """Return the poses in which contacts are looked for: the rows of the shapes of each, by its name.
+
+    Every shape is one, but closing the mouth means something only with the jaw open
+    (ARKit), so where there is a jaw they are one pose and the closing is what is corrected.
+    """
+    stems = {shape_key(name).stem: row for row, name in enumerate(names)}
+    jaw, mouth = stems.get("jawopen"), stems.get("mouthclose")
+    result: dict[str, tuple[int, ...]] = {name: (row,) for row, name in enumerate(names) if jaw is None or row != mouth}
+    if jaw is not None and mouth is not None:
+        result[f"{names[jaw]} + {names[mouth]}"] = (jaw, mouth)
+    return result
+
+
+def _closed(closing: Closing) -> Note:
+    text = (
+        f"{closing.contacts} points that touch on the source were off by up to {1e3 * closing.before:.2f} mm, "
+        f"now by {1e3 * closing.after:.2f} mm"
+    )
+    return Note("contact-kept", text, closing.name)

@@ -1,0 +1,192 @@
+"""Where a face's skin touches itself: the lips at rest, the lids in a blink.
+
+Points that touch are close in space and far apart along the skin.  Both are asked of
+every pose; who touches at rest is found once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.csgraph import dijkstra
+from scipy.spatial import cKDTree
+
+from mien.core import Mesh, SurfacePoints
+from mien.core.arrays import Flags, Floats, Ints
+from mien.geometry.surface import vertex_normals
+
+MEET_CM = 0.03
+"""Skin touches if it is this close, on a human face."""
+DETOUR_CM = 0.5
+"""… and if the way along the skin is at least this long: neighbours do not touch, they are one."""
+FACING = 0.3
+"""Skin that touches at rest faces other skin, the cosine between the normals is below this, or ends where that does."""
+CROWD = 16
+"""So many nearest vertices are looked at for one of other skin."""
+BATCH = 256
+"""Rows searched at a time; it bounds the memory."""
+
+
+@dataclass(frozen=True, eq=False)
+class Contacts:
+    """Points of a source that touch in one pose.
+
+    Attributes:
+        vertices: `(C,)` vertices of the source.
+        opposite: the points of the skin they touch.
+        gaps: `(C, 3)` from there to the vertex, in the pose.
+        met: `(C,)` whether they touch at rest too.
+    """
+
+    vertices: Ints
+    opposite: SurfacePoints
+    gaps: Floats
+    met: Flags
+
+    def __len__(self) -> int:
+        return len(self.vertices)
+
+
+class Touching:
+    """Finds where a source's skin touches itself, at rest and in a pose.
+
+    Attributes:
+        mesh: the source at rest.
+        skin: `(N,)` its skin.
+        centimetre: a centimetre on its face.
+    """
+
+    def __init__(self, mesh: Mesh, skin: Flags, centimetre: float) -> None:
+        self.mesh, self.skin, self.centimetre = mesh, np.flatnonzero(skin), centimetre
+        self._faces = mesh.triangles[skin[mesh.triangles].all(axis=1)]
+        a, b = np.concatenate([self._faces[:, [i, (i + 1) % 3]] for i in range(3)]).T
+        n = len(mesh.vertices)
+        lengths = np.maximum(np.linalg.norm(mesh.vertices[a] - mesh.vertices[b], axis=1), 1e-12)
+        key, first = np.unique(np.minimum(a, b) * n + np.maximum(a, b), return_index=True)
+        self._edges = sparse.csr_matrix((lengths[first], (key // n, key % n)), shape=(n, n))
+        edge = float(np.median(lengths)) if len(lengths) else 0.0
+        self._meet = MEET_CM * centimetre
+        self._near = self._meet + edge
+        self._detour = max(DETOUR_CM * centimetre, 2 * edge)
+        incidence = (
+            np.ones(3 * len(self._faces), np.int8),
+            (self._faces.ravel(), np.repeat(np.arange(len(self._faces)), 3)),
+        )
+        self._around = sparse.csr_matrix(incidence, shape=(n, len(self._faces)))
+        one, faces = self._pairs(mesh.vertices, self.skin, apart=False)
+        touching = self._closest(mesh.vertices, one, faces, np.ones(len(one), np.bool_))
+        self._at_rest = touching.vertices, touching.opposite.corners
+
+    def contacts(self, displacement: Floats) -> Contacts:
+        """Find the vertices that touch other skin in the pose of displacements `(N, 3)`."""
+        posed = self.mesh.vertices + displacement
+        moved = self.skin[np.linalg.norm(displacement[self.skin], axis=1) > 0.5 * self._meet]
+        new = self._pairs(posed, moved, apart=True)
+        one, faces = (np.concatenate(both) for both in zip(self._at_rest, new, strict=True))
+        met = np.arange(len(one)) < len(self._at_rest[0])
+        stirred = displacement[one].any(axis=1) | displacement[faces].any(axis=(1, 2))
+        return self._closest(posed, one[stirred], faces[stirred], met[stirred])
+
+    def _pairs(self, posed: Floats, vertices: Ints, *, apart: bool) -> tuple[Ints, Ints]:
+        """Return vertices and triangles that come close in a pose and are far from each other along the skin.
+
+        Args:
+            posed: `(N, 3)`.
+            vertices: the ones of which at least one is in every pair.
+            apart: only pairs that were farther apart at rest: all others are in `_at_rest`.
+        """
+        one, other, distance = self._close(posed, vertices)
+        if apart:
+            rest = np.linalg.norm(self.mesh.vertices[one] - self.mesh.vertices[other], axis=1)
+            kept = np.flatnonzero(rest > 2 * distance + self._meet)
+        else:
+            facing = (self._normals[one] * self._normals[other]).sum(axis=1) < FACING
+            kept = np.flatnonzero(facing | (self._rim[one] & self._rim[other]))
+        one, other = one[kept], other[kept]
+        strange = self._strangers(one, other)
+        one, other = one[strange], other[strange]
+        # either end of a pair may be the vertex, the triangles around the other its opposite
+        one, other = np.concatenate([one, other]), np.concatenate([other, one])
+        around = self._around[other].tocoo()
+        contact = np.unique(np.column_stack([one[around.row], around.col]), axis=0)
+        one, faces = contact[:, 0], self._faces[contact[:, 1]]
+        clear = np.flatnonzero(self._strangers(np.repeat(one, 3), faces.ravel()).reshape(-1, 3).all(axis=1))
+        return one[clear], faces[clear]
+
+    def _close(self, posed: Floats, vertices: Ints) -> tuple[Ints, Ints, Floats]:
+        """Return pairs of a vertex and other skin near it in a pose, and their distances."""
+        if len(vertices) == 0:
+            return vertices, vertices, np.empty(0)
+        count = min(CROWD, len(self.skin))
+        tree = cKDTree(posed[self.skin])
+        distance, which = tree.query(posed[vertices], count, distance_upper_bound=self._near)
+        row, column = np.nonzero(np.isfinite(distance.reshape(len(vertices), count)))
+        return (
+            vertices[row],
+            self.skin[which.reshape(len(vertices), count)[row, column]],
+            distance.reshape(-1, count)[row, column],
+        )
+
+    @cached_property
+    def _rim(self) -> Flags:
+        """Which vertices `(N,)` lie where the skin ends: a slit may be no more than that."""
+        edges = np.sort(np.concatenate([self._faces[:, [i, (i + 1) % 3]] for i in range(3)]), axis=1)
+        sides, count = np.unique(edges, axis=0, return_counts=True)
+        return np.isin(np.arange(len(self.mesh.vertices)), sides[count == 1])
+
+    @cached_property
+    def _normals(self) -> Floats:
+        return vertex_normals(self.mesh.vertices, self._faces)
+
+    def _closest(self, posed: Floats, one: Ints, faces: Ints, met: Flags) -> Contacts:
+        """Keep for each vertex the closest of its triangles, if that touches."""
+        weights = closest_on_triangles(posed[one], posed[faces])
+        gaps = posed[one] - np.einsum("mi,mic->mc", weights, posed[faces])
+        order = np.lexsort((np.linalg.norm(gaps, axis=1), one))
+        best = order[np.unique(one[order], return_index=True)[1]]
+        best = best[np.linalg.norm(gaps[best], axis=1) <= self._meet]
+        return Contacts(one[best], SurfacePoints(faces[best], weights[best]), gaps[best], met[best])
+
+    def _strangers(self, one: Ints, other: Ints) -> Flags:
+        """Tell which pairs are far from each other along the skin."""
+        if len(one) == 0:
+            return np.ones(0, np.bool_)
+        vertices, edges = self.mesh.vertices, self._edges
+        # no path within the limit leaves the ball around its start, so the rest of the mesh is left out
+        sources, place = np.unique(one, return_inverse=True)
+        apart, _ = cKDTree(vertices[sources]).query(vertices, distance_upper_bound=self._detour)
+        local = np.flatnonzero(np.isfinite(apart) | np.isin(np.arange(len(vertices)), other))
+        graph, ends = edges[local][:, local], np.searchsorted(local, other)
+        strange = np.ones(len(one), np.bool_)
+        for first in range(0, len(sources), BATCH):
+            rows = np.flatnonzero((place >= first) & (place < first + BATCH))
+            batch = np.searchsorted(local, sources[first : first + BATCH])
+            along = dijkstra(graph, directed=False, indices=batch, limit=self._detour)
+            strange[rows] = np.isinf(along[place[rows] - first, ends[rows]])
+        return strange
+
+
+def closest_on_triangles(points: Floats, corners: Floats) -> Floats:
+    """Return the weights `(M, 3)` of the point of each triangle `(M, 3, 3)` closest to each point `(M, 3)`."""
+    a, b, c = (corners[:, i] for i in range(3))
+    u, v, w = b - a, c - a, points - a
+    uu, uv, vv, uw, vw = ((x * y).sum(axis=1) for x, y in ((u, u), (u, v), (v, v), (u, w), (v, w)))
+    area = np.maximum(uu * vv - uv * uv, 1e-300)
+    beta, gamma = (vv * uw - uv * vw) / area, (uu * vw - uv * uw) / area
+    best = np.stack([1 - beta - gamma, beta, gamma], axis=1)
+    outside = (best < 0).any(axis=1) | (area <= 1e-14 * np.maximum(uu, vv) ** 2)
+    nearest = np.where(outside, np.inf, 0.0)
+    for i in range(3):
+        start, way = corners[:, i], corners[:, (i + 1) % 3] - corners[:, i]
+        along = ((points - start) * way).sum(axis=1) / np.maximum((way**2).sum(axis=1), 1e-300)
+        along = np.clip(along, 0, 1)
+        distance = np.linalg.norm(points - start - along[:, None] * way, axis=1)
+        closer = outside & (distance < nearest)
+        edge = np.zeros_like(best)
+        edge[:, i], edge[:, (i + 1) % 3] = 1 - along, along
+        best = np.where(closer[:, None], edge, best)
+        nearest = np.where(closer, distance, nearest)
+    return best

@@ -1,0 +1,1 @@
+"""Rig transfer by warp and stick (Orvalho, Zacur, Susin)."""
