@@ -44,11 +44,12 @@ def checked(three, path: Path, rig: Rig) -> dict[str, Any]:
     write_rigged(path, rig, {"act": clip, "nod": played(rig, 3)})
     frame, weights = moved(rig)[3], {"joy": 0.7, "tick": 1.3}
     motions = (frame @ np.linalg.inv(rig.skeleton.rest)).tolist()
-    said, found = three(path, shapes=weights, motions=dict(zip(rig.skeleton.names, motions, strict=True)))
+    said, found = three(path, shapes=weights, motions=motions)
     assert said["animations"] == ["act", "nod"]
     for mesh in said["meshes"]:
         assert mesh["skinned"]
-        assert mesh["joints"] == list(rig.skeleton.names)
+        names = zip(mesh["joints"], rig.skeleton.names, strict=True)
+        assert all(shown.startswith(name) for shown, name in names)  # numbered where a mesh is called the same
     count = len(rig.neutral.vertices)
     values = np.array([weights.get(name, 0.0) for name in rig.blendshapes.names])
     assert np.abs(found[:count] - rig.pose(values, frame)).max() < 1e-6

@@ -8,7 +8,7 @@ import numpy as np
 
 from mien.core.units import human_centimetre
 from mien.rigging.blendshapes import carried, poses
-from mien.rigging.contact import REACH, SPREAD_CM
+from mien.rigging.contact import REACH_CM
 from mien.rigging.touching import Touching, closest_on_triangles
 from tests.rigging.faces import closing, exact_fit, face_with_slit, rig_of
 
@@ -38,7 +38,7 @@ def test_a_correction_stays_near_the_slit() -> None:
     change = np.linalg.norm(after - before, axis=1)
     margin = target.vertices[np.concatenate([upper, lower])]
     far = np.linalg.norm(target.vertices[:, None] - margin, axis=2).min(axis=1)
-    reach = REACH * SPREAD_CM * human_centimetre(fit.warp(fit.warp.centres))
+    reach = REACH_CM * human_centimetre(fit.warp(fit.warp.centres))
     assert change.max() > 0.001
     assert change[far > reach].max() == 0
 

@@ -74,15 +74,14 @@ def unknowns(rng: np.random.Generator) -> np.ndarray:
 
 def test_the_small_objective_is_the_written_one_and_its_gradient_is_its_slope(rng: np.random.Generator) -> None:
     t = take()
-    for gamma in (0.0, 0.3, 1.0):
-        for before in (None, unknowns(rng)):
-            z = unknowns(rng)
-            value, gradient, _ = t.problem.evaluate(z[:9].reshape(3, 3), z[9:], t.data[7], t.energy[7], gamma, before)
-            assert value == pytest.approx(literal(t, z, 7, gamma, before), abs=1e-12)
-            for i in range(len(z)):
-                step = 1e-5 * np.eye(len(z))[i]
-                slope = (literal(t, z + step, 7, gamma, before) - literal(t, z - step, 7, gamma, before)) / 2e-5
-                assert gradient[i] == pytest.approx(slope, abs=1e-7)
+    for gamma, before in ((0.0, None), (0.3, unknowns(rng)), (1.0, unknowns(rng))):
+        z = unknowns(rng)
+        value, gradient, _ = t.problem.evaluate(z[:9].reshape(3, 3), z[9:], t.data[7], t.energy[7], gamma, before)
+        assert value == pytest.approx(literal(t, z, 7, gamma, before), abs=1e-12)
+        for i in range(len(z)):
+            step = 1e-5 * np.eye(len(z))[i]
+            slope = (literal(t, z + step, 7, gamma, before) - literal(t, z - step, 7, gamma, before)) / 2e-5
+            assert gradient[i] == pytest.approx(slope, abs=1e-7)
 
 
 def test_shares_are_exact_and_no_first_order_move_improves() -> None:
@@ -90,7 +89,7 @@ def test_shares_are_exact_and_no_first_order_move_improves() -> None:
     gamma = np.linspace(0, 1, 60) ** 4
     found = solve_layered(t.problem, t.data, t.energy, gamma)
     assert found.converged
-    assert found.kkt.max() <= 1e-8
+    assert found.kkt.max() <= 1e-10
     assert np.abs(found.weights.sum(axis=2) - 1).max() < 1e-14
     assert np.abs(np.add.reduceat(found.coefficients, [0, 9, 14], axis=1) - 1).max() < 1e-14
     assert min(found.weights.min(), found.coefficients.min()) >= 0
@@ -100,7 +99,7 @@ def test_shares_are_exact_and_no_first_order_move_improves() -> None:
             found.weights[f], found.coefficients[f], t.data[f], t.energy[f], gamma[f], before
         )
         assert value == pytest.approx(found.objective[f], abs=1e-12)
-        assert kkt <= 1e-8
+        assert kkt <= 1e-9
 
 
 @pytest.mark.parametrize("smooth", [0.0, 1e-3, 0.1])
@@ -127,13 +126,13 @@ def test_frame_by_frame_gives_the_offline_result_to_the_bit() -> None:
 
 
 def test_slsqp_on_the_whole_points_finds_no_lower_objective_from_the_same_start() -> None:
-    t = take(frames=12)
+    t = take(frames=5)
     gamma = 0.2
-    found = solve_layered(t.problem, t.data, t.energy, np.full(12, gamma))
-    z = np.concatenate([found.weights.reshape(12, -1), found.coefficients], axis=1)
+    found = solve_layered(t.problem, t.data, t.energy, np.full(5, gamma))
+    z = np.concatenate([found.weights.reshape(5, -1), found.coefficients], axis=1)
     rows = np.repeat(np.eye(6), (3, 3, 3, *SIZES), axis=1)
     excess = []
-    for f in range(1, 12):
+    for f in range(1, 5):
         peer = minimize(
             lambda x, f=f: literal(t, x, f, gamma, z[f - 1]),
             z[f - 1],
@@ -162,6 +161,7 @@ def test_doubling_every_point_changes_nothing() -> None:
     twice = reduced(np.repeat(t.basis, 2, axis=1), np.repeat(t.region, 2), np.repeat(t.moved, 2, axis=1))
     once = solve_layered(t.problem, t.data, t.energy)
     again = solve_layered(LayeredProblem(twice[0], SIZES, t.problem.smooth, t.problem.bias), *twice[1:])
+    assert np.abs(once.objective / again.objective - 1).max() < 1e-10
     assert np.abs(once.coefficients - again.coefficients).max() < 1e-10
     assert np.abs(once.weights - again.weights).max() < 1e-10
 

@@ -1,5 +1,5 @@
 // Load a .glb with three.js, pose it, and print where its vertices are.
-// The argument is a JSON request: {path, shapes: {name: weight}, motions: {joint: world motion, row by row}, clip, time}.
+// The argument is a JSON request: {path, shapes: {name: weight}, motions: [of each joint, row by row], clip, time}.
 import { readFile } from "node:fs/promises";
 
 globalThis.self = globalThis; // the loader asks a browser's global object for image decoders
@@ -27,9 +27,9 @@ for (const mesh of meshes)
 scene.updateMatrixWorld(true);
 const rest = new Map();
 scene.traverse((node) => rest.set(node, node.matrixWorld.clone()));
-scene.traverse((node) => { // parents come first
-  const motion = node.isBone && request.motions?.[node.name];
-  if (!motion) return;
+const bones = meshes.find((mesh) => mesh.isSkinnedMesh)?.skeleton.bones ?? [];
+(request.motions ?? []).forEach((motion, i) => { // parents come first
+  const node = bones[i];
   const wanted = new Matrix4().set(...motion.flat()).multiply(rest.get(node));
   node.parent.updateWorldMatrix(true, false);
   node.parent.matrixWorld.clone().invert().multiply(wanted).decompose(node.position, node.quaternion, node.scale);

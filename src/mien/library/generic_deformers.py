@@ -28,7 +28,7 @@ PATCHES = (
     Patch("nose_wing", "wing", (0.9, 0.9, 1.4)),
     Patch("cheek", "cheek", (2.1, 2.2, 3.2)),
     Patch("cheekbone", "cheekbone", (1.7, 1.2, 2.2)),
-    Patch("lip_corner", "corner", (1.0, 1.1, 1.6)),
+    Patch("lip_corner", "corner", (1.2, 1.25, 1.8)),
     Patch("lip_upper", "lip_upper", (1.9, 0.85, 1.6), "upper", 0.45),
     Patch("lip_lower", "lip_lower", (1.9, 0.9, 1.6), "lower", 0.45),
 )

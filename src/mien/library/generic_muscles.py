@@ -46,7 +46,7 @@ class Strand(NamedTuple):
 STRANDS = (
     Strand("frontalis_medial", ("forehead_inner", "brow_inner"), 1.6, (0, 0.9), 0.85, (0.3, 0.35)),
     Strand("frontalis_lateral", ("forehead_outer", "brow_side"), 2.05, (0, 0.9), 0.8, (0.3, 0.35)),
-    Strand("corrugator", ("glabella", "brow_inner", "brow_peak"), 1.35, (0, 0.45), 0.62, (0.7, 0.35)),
+    Strand("corrugator", ("glabella", "brow_inner", "brow_peak"), 1.35, (0, 0.45), 0.75, (0.7, 0.35)),
     Strand("levator_labii", ("infraorbital", "lip_side", "lip_upper"), 1.45, (0.4, 0.95), 0.85, (0.9, 0.4), "upper"),
     Strand("levator_nasi", ("canthus", "wing"), 1.1, (0, 0.85), 0.85, (0.6, 0.35), "upper"),
     Strand("zygomaticus_major", ("zygion", "smile", "corner"), 1.85, (0, 0.95), 1.2),
@@ -66,9 +66,8 @@ def muscles(field: Field) -> tuple[Muscle, ...]:
     """Lay all muscles of a head, each side its own [m]."""
     spots = places(field.measures)
     left = [_strand(field, spots, row) for row in STRANDS]
-    left += eye_muscles(field)
-    paired = [muscle for one in left for muscle in (one, mirrored_muscle(field, one))]
-    return (*paired, _marginal(field))
+    left += [*eye_muscles(field), _marginal(field)]
+    return tuple(muscle for one in left for muscle in (one, mirrored_muscle(field, one)))
 
 
 def _strand(field: Field, spots: dict[str, Floats], row: Strand) -> Muscle:
@@ -95,7 +94,7 @@ def _outwards_along(field: Field, path: Floats) -> Floats:
 
 
 def _marginal(field: Field) -> Muscle:
-    """Lay the marginal part of the orbicularis oris: it draws the red of the lips in onto their slit."""
+    """Lay the left half of the marginal part of the orbicularis oris: it draws the red of the lips in onto their slit."""
     m, head, size = field.measures.mouth, field.head, field.mouth_size
     turn = np.linspace(-1, 1, 2 * KNOTS)
     slit = np.column_stack([m.half_width * turn, m.height + m.lift * np.abs(turn) ** 4])
@@ -104,8 +103,8 @@ def _marginal(field: Field) -> Muscle:
     height = np.abs(head.vertices[:, 1] - np.interp(head.vertices[:, 0], slit[:, 0], slit[:, 1])) / tall
     wide = np.abs(head.vertices[:, 0]) / m.half_width
     near = head.vertices[:, 2] > seam[:, 2].min() - 1.2 * size
-    weights = 0.6 * smooth((2.2 - height) / 1.6) * smooth((1.15 - wide) / 0.5) * near * field.skin
-    fibre = np.concatenate([seam + [0, 0.5 * m.upper, 0.2], (seam - [0, 0.5 * m.lower, -0.2])[::-1]])
+    weights = 0.6 * smooth((2.2 - height) / 1.6) * smooth((1.15 - wide) / 0.5) * near * field.skin * field.left
+    fibre = np.concatenate([seam + [0, 0.5 * m.upper, -0.2], (seam - [0, 0.5 * m.lower, 0.2])[::-1]])
     middle = seam[len(seam) // 2]
     frame = frame_at(middle, np.array([0.0, 1, 0]), np.array([0.0, 0, 1]))
-    return ring_muscle(field, "orbicularis_oris_marginal", fibre, weights, frame, seam, None)
+    return ring_muscle(field, "orbicularis_oris_marginal_left", fibre, weights, frame, seam, None)

@@ -12,11 +12,11 @@ from scipy.spatial import ConvexHull
 
 from mien.core.arrays import Flags, Floats, Ints
 from mien.library.half import Half
-from mien.library.measures import Measures
+from mien.library.measures import Measures, front
 from mien.library.solids import first_hit
 
-CANDIDATE_STEP = np.radians(1.4)
-ROUNDS = 5
+CANDIDATE_STEP = np.radians(1.6)
+ROUNDS = 4
 PAIRS = ([0, 1], [1, 2], [2, 0], [1, 0], [2, 1], [0, 2])
 """The edges of a triangle, in both directions."""
 
@@ -33,8 +33,8 @@ def shell(half: Half, m: Measures, borders: list[Ints]) -> None:
 
 
 def _anchors(half: Half, m: Measures, rims: list[Ints], outlines: list[Floats]) -> Ints:
-    """Add a vertex at each of the head's named places that is clear of the rings, so that landmarks lie on them."""
-    rays = _directions(np.array(list(m.places.values())), m)
+    """Add a vertex at each named place and on the brow, if clear of the rings, so that landmarks lie on them."""
+    rays = _directions(np.concatenate([list(m.places.values()), front(m, np.array(m.brow[:3]))]), m)
     rays = rays[~_enclosed(rays, outlines)]
     taken = _directions(np.concatenate(half.vertices)[np.concatenate(rims)], m)
     clear = np.arccos(np.clip(rays @ taken.T, -1, 1)).min(axis=1) > 0.5 * _spacing(rays, m)

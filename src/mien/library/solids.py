@@ -56,7 +56,7 @@ class Bar:
         start, axis = np.array(self.start), np.subtract(self.end, self.start)
         along = np.clip((points - start) @ axis / (axis @ axis), 0, 1)
         radius = self.radii[0] + along * (self.radii[1] - self.radii[0])
-        return _lengths(points - start - along[:, None] * axis) - radius
+        return np.asarray(_lengths(points - start - along[:, None] * axis) - radius)
 
 
 Solids = Sequence[Ball | Bar]

@@ -2,10 +2,11 @@
 
 Correspondence and deltas are each good to a fraction of a millimetre at best, and a slit
 shows every part of it.  So the pairs of points that touch in a source's pose are found,
-carried to the target, and what is missing between them is made up there by the smoothest
-small change of the delta: the minimum of `∫ |Δc|² + |c|²/ℓ⁴` over the target's own
-surface.  Upper and lower lip are far apart along the surface, so one does not drag the
-other; and beyond a few lengths `ℓ` nothing changes at all.
+carried to the target, and what is missing between them is made up there by smooth bumps
+around the points, each side meeting the other.  A bump fades with the distance in space,
+so that the layers of a lid move as one; and with the way along the skin, so that it ends
+at the slit: upper and lower lip are close in space and far from each other along the skin.
+Beyond a bump's reach nothing changes at all.
 """
 
 from __future__ import annotations
@@ -15,28 +16,27 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse.linalg import splu
+from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
+from scipy.spatial.distance import cdist
 
+from mien.core import Mesh
 from mien.core.arrays import Floats, Ints
 from mien.core.units import human_centimetre
-from mien.geometry.laplacian import cotangent_laplacian
 from mien.rigging.blendshapes.maps import overall, stretch
 from mien.rigging.dense import DenseFit
 from mien.rigging.touching import MEET_CM, Contacts, Touching
 
-SPREAD_CM = 0.5
-"""The length `ℓ` over which a correction fades."""
-REACH = 3.0
-"""Beyond so many of these lengths from every contact nothing changes."""
+REACH_CM = 1.2
+"""A bump ends this far from its point in space, on a human face …"""
+ALONG_CM = (0.8, 1.6)
+"""… and fades over these distances along the skin."""
 ENOUGH = 0.1
 """Poses in which nothing is off by more than this share of what counts as touching are left as they are."""
 SOFT = 1e-3
-"""How much contacts that contradict each other give way, relative to the compliance of the surface."""
-ALONG = 6
+"""How much contacts that contradict each other give way, relative to what a single one feels."""
+NEXT = 6
 """Contacts next to one another along a slit tell which way it runs."""
-BATCH = 64
-"""Columns solved at a time; it bounds the memory."""
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ def close(
     result = np.array(moved)
     if not meetings:
         return result, ()
-    sheet = Sheet(fit, meetings)
+    bumps = Bumps(fit, meetings)
     enough = ENOUGH * MEET_CM * human_centimetre(fit.warp(fit.warp.centres))
     account = []
     for meeting in meetings:
@@ -113,7 +113,7 @@ def close(
         before = float(np.linalg.norm(missing, axis=1).max())
         if before <= enough:
             continue
-        change = sheet.change(meeting, missing)
+        change = bumps.change(meeting, missing)
         result[meeting.changed] += change
         after = float(np.linalg.norm(meeting.missing(posed + change), axis=1).max())
         account.append(Closing(meeting.name, len(missing), before, after))
@@ -144,7 +144,7 @@ def _carried(name: str, rows: tuple[int, ...], contacts: Contacts, posed: Floats
 
 def _across(points: Floats, turn: Floats) -> Floats:
     """Return for each contact `(C, 3)` the projection across the line that it and its neighbours form, turned."""
-    count = min(ALONG, len(points))
+    count = min(NEXT, len(points))
     if count < 3:
         return np.tile(np.eye(3), (len(points), 1, 1))
     near = points[cKDTree(points).query(points, count)[1]]
@@ -152,48 +152,53 @@ def _across(points: Floats, turn: Floats) -> Floats:
     return np.asarray(np.eye(3) - along[:, :, None] * along[:, None, :])
 
 
-class Sheet:
-    """The target's skin around all contacts, as something that bends: factored once for all poses."""
+class Bumps:
+    """Smooth bumps around every point of the target that touches something in some pose.
+
+    Attributes:
+        handles: `(H,)` the vertices they stand around.
+        near: `(V,)` the vertices that some bump reaches.
+        height: `(V, H)` each bump there.
+        count: how many vertices the target has.
+    """
 
     def __init__(self, fit: DenseFit, meetings: list[Meeting]) -> None:
-        vertices = fit.target.vertices
-        faces = fit.target.triangles[fit.target_skin[fit.target.triangles].all(axis=1)]
-        length = SPREAD_CM * human_centimetre(fit.warp(fit.warp.centres))
-        self.handles = np.unique(np.concatenate([m.difference.indices for m in meetings]))
-        far, _ = cKDTree(vertices[self.handles]).query(vertices, distance_upper_bound=REACH * length)
-        self.free = np.flatnonzero(np.isfinite(far) & np.isin(np.arange(len(vertices)), faces))
-        laplacian = cotangent_laplacian(vertices, faces)
-        area = _areas(vertices, faces)
-        bending = laplacian[:, self.free]
-        energy = bending.T @ sparse.diags(1 / area) @ bending + sparse.diags(area[self.free] / length**4)
-        factor = splu(
-            energy.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-        )
-        where = np.searchsorted(self.free, self.handles)
-        self.influence = np.empty((len(self.free), len(self.handles)))
-        for first in range(0, len(self.handles), BATCH):
-            unit = np.zeros((len(self.free), len(where[first : first + BATCH])))
-            unit[where[first : first + BATCH], np.arange(unit.shape[1])] = 1
-            self.influence[:, first : first + BATCH] = factor.solve(unit)
-        self.compliance = self.influence[where]
+        centimetre = human_centimetre(fit.warp(fit.warp.centres))
+        vertices, reach = fit.target.vertices, REACH_CM * centimetre
         self.count = len(vertices)
+        self.handles = np.unique(np.concatenate([meeting.difference.indices for meeting in meetings]))
+        # paths that matter stay within the longest way along the skin
+        first, last = (centimetre * length for length in ALONG_CM)
+        apart, _ = cKDTree(vertices[self.handles]).query(vertices, distance_upper_bound=last)
+        self.near = np.flatnonzero(np.isfinite(apart) & fit.target_skin)
+        graph = edge_lengths(fit.target, self.near)
+        along = dijkstra(graph, directed=False, indices=np.searchsorted(self.near, self.handles), limit=last).T
+        fade = np.clip((last - along) / (last - first), 0, 1)
+        distance = np.minimum(cdist(vertices[self.near], vertices[self.handles]) / reach, 1)
+        # Wendland's C² function: smooth, and exactly zero beyond its reach
+        self.height = (1 - distance) ** 4 * (4 * distance + 1) * fade * fade * (3 - 2 * fade)
 
     def change(self, meeting: Meeting, missing: Floats) -> Floats:
-        """Return the smoothest displacement `(N, 3)` that makes up what is missing `(C, 3)`."""
+        """Return the displacement `(N, 3)` that makes up what is missing `(C, 3)`, each side going its part."""
         pull = meeting.difference[:, self.handles].toarray()
-        flexible = pull @ self.compliance @ pull.T
         c = len(missing)
-        system = np.einsum("iab,ij,jbd->iajd", meeting.across, flexible, meeting.across).reshape(3 * c, 3 * c)
-        system += SOFT * np.trace(flexible) / c * np.eye(3 * c)
-        force = np.linalg.solve(system, missing.ravel()).reshape(c, 3)
+        felt = pull @ self.height[np.searchsorted(self.near, self.handles)] @ pull.T
+        system = np.einsum("iab,ij,jbd->iajd", meeting.across, felt, meeting.across).reshape(3 * c, 3 * c)
+        give = SOFT * float(np.abs(np.diag(felt)).mean()) ** 2
+        force = system.T @ np.linalg.solve(system @ system.T + give * np.eye(3 * c), missing.ravel())
         change = np.zeros((self.count, 3))
-        change[self.free] = self.influence @ (pull.T @ np.einsum("cab,cb->ca", meeting.across, force))
+        change[self.near] = self.height @ (pull.T @ np.einsum("cab,cb->ca", meeting.across, force.reshape(c, 3)))
         return change
 
 
-def _areas(vertices: Floats, faces: Ints) -> Floats:
-    """`(N,)` a third of the area of the triangles around each vertex, never quite zero."""
-    a, b, c = (vertices[faces[:, i]] for i in range(3))
-    area = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 6
-    shares = np.bincount(faces.ravel(), np.repeat(area, 3), minlength=len(vertices))
-    return np.asarray(np.maximum(shares, 1e-3 * area.mean()))
+def edge_lengths(mesh: Mesh, vertices: Ints) -> sparse.csr_matrix:
+    """Return the lengths of the edges among some vertices as a sparse matrix, numbered as they are."""
+    number = np.full(len(mesh.vertices), -1)
+    number[vertices] = np.arange(len(vertices))
+    triangles = number[mesh.triangles]
+    a, b = np.concatenate([triangles[:, [i, (i + 1) % 3]] for i in range(3)]).T
+    key = np.unique((np.minimum(a, b) * len(vertices) + np.maximum(a, b))[(a >= 0) & (b >= 0)])
+    a, b = key // len(vertices), key % len(vertices)
+    lengths = np.linalg.norm(mesh.vertices[vertices[a]] - mesh.vertices[vertices[b]], axis=1)
+    smallest = 1e-9 * float(lengths.max(initial=1.0))  # a stored zero would mean "no edge"
+    return sparse.csr_matrix((np.maximum(lengths, smallest), (a, b)), shape=(len(vertices), len(vertices)))

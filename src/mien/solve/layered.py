@@ -30,7 +30,7 @@ from mien.solve.layered_kernels import Shape, correlate, descend, descend_frames
 from mien.solve.simplex_kernels import kkt
 from mien.solve.symmetric import semidefinite
 
-TOLERANCE = 1e-8
+TOLERANCE = 1e-10
 """KKT residual to reach, over the scale of the frame's gradient."""
 MOST_STARTS = 81
 """The first frame is solved from no more starts than this."""

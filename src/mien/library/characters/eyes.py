@@ -16,8 +16,8 @@ from mien.library.characters.parts import Frame, Part, ball, blob, polar_angles,
 SHELL = (1.05, 1.13)
 """Radii of the lids' two sides, over the ball's."""
 
-AJAR = np.radians(0.04)
-"""How far closed lids stay from the line where they meet: together some hundredths of a millimetre."""
+LAP = np.radians(0.04)
+"""How far each closed lid passes the line where they meet, some hundredths of a millimetre, so that no slit is left."""
 
 
 @dataclass(frozen=True)
@@ -108,7 +108,7 @@ def _lid(gaze: Gaze, meet: float, side: int, columns: int) -> Part:
     opening = np.radians(gaze.upper if side > 0 else gaze.lower)
     line = np.radians(meet) * np.sin(across) ** 2
     edge = side * opening * np.sin(across) ** 0.3 + (1.0 if side > 0 else 0.4) * _lean(gaze, across)
-    edge = line + side * (np.maximum(side * edge, 0) + AJAR)
+    edge = line + side * (np.maximum(side * edge, 0) - LAP)
     far = side * np.radians(150)
     share = np.concatenate([[0.0, 0.045, 0.055], np.linspace(0.16, 1, 6), np.linspace(1, 0, 3)])
     inner, outer = SHELL

@@ -18,6 +18,9 @@ from mien.library.characters.mouths import Lips, mouth
 from mien.library.characters.parts import Frame, Part, blob, circle, moved, rings, tube
 from mien.library.characters.rigs import posed_rig
 
+PROUD = 0.22
+"""How far the mouths stand out, so that the ground does not swallow them when only it swells [cm]."""
+
 MASKS = ("body", "mouths", "eyes")
 
 COLOURS: Mapping[str, tuple[float, float, float]] = {
@@ -67,7 +70,7 @@ def deformed(pose: GlobePose, points: Floats) -> Floats:
     """Return where points go when the whole globe stretches, bulges, shivers and leans."""
     x, y, z = (points / RADIUS).T
     tall = 1 + pose.stretch
-    side = (1 + pose.pear * np.clip(y, -1.2, 1.2)) / np.sqrt(tall)
+    side = (1 + pose.pear * np.clip(y, -1.2, 1.2)) / tall**0.3
     wave = 1 + pose.shiver / RADIUS * np.sin(9 * y + 2 * x)
     p = np.stack([x * side * wave, y * tall, z * side * wave], axis=1)
     lean, bow = np.radians([-pose.tilt, pose.nod])
@@ -145,7 +148,9 @@ def _mouth(pose: GlobePose, place: Mouth, name: str) -> list[Part]:
         tongue=pose.tongue,
     )
     at = seat(place.x, place.y, place.roll)
-    return moved(mouth(lips, place.outline, place.teeth, name, columns), lambda p: wrapped(at, p * place.size))
+    return moved(
+        mouth(lips, place.outline, place.teeth, name, columns), lambda p: wrapped(at, p * place.size + [0, 0, PROUD])
+    )
 
 
 def _eye(pose: GlobePose, spot: Eye, name: str, bent: Callable[[Floats], Floats]) -> list[Part]:

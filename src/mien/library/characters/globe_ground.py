@@ -47,7 +47,7 @@ def ground() -> tuple[Part, Floats, Floats, Floats]:
     spiky[:162] = free[:162] * np.clip(1.2 - 0.9 * points[:162, 2], 0.25, 1)
     deep = np.zeros(len(points))
     for m in MOUTHS:
-        deep[_over(m, points) < 0.999 * BRINK] = 3.2 * m.size
+        deep[_over(m, points) < 0.97 * BRINK] = 3.2 * m.size
     return body.named("ice", only=np.flatnonzero(ice)), rise, spiky, deep
 
 

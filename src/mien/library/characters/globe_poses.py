@@ -131,7 +131,7 @@ EMOTIONS = {
         wide=-0.04, open_up=0.02, open_low=0.02, curve=-2,
     ),
     "grief": P(
-        stretch=-0.12, pear=-0.1, tilt=-4, nod=9, ears=-48, sniff=0.2,
+        stretch=-0.12, pear=-0.06, tilt=-4, nod=9, ears=-48, sniff=0.2,
         upper=9, lower=9, slant=-26, brow=-4, stalks=-1.5,
         wide=0.1, open_up=0.3, open_low=0.9, curve=-2.8, thick=0.1,
     ),
@@ -156,7 +156,7 @@ EMOTIONS = {
         wide=0.1, open_up=0.5, open_low=0.35, curve=-1.5,
     ),
     "rage": P(
-        stretch=-0.08, pear=0.1, nod=7, spikes=1.8, heave=0.9, shiver=0.08, ears=-24, flare=0.6, sniff=0.4,
+        stretch=-0.08, pear=0.07, nod=7, spikes=1.8, heave=0.9, shiver=0.08, ears=-24, flare=0.6, sniff=0.4,
         upper=38, lower=20, slant=38, brow=-14, dilate=-0.45, pop=0.5,
         wide=0.28, open_up=1.1, open_low=1.5, curve=-1.7,
     ),

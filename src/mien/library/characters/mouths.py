@@ -80,7 +80,7 @@ def _lips(lips: Lips, outline: tuple[float, float], name: str, columns: int) -> 
     rim = np.array(outline) * np.stack([cosine, sine], axis=1)
     last, height = rows[-1][:, :2], rows[-1][:, 2]
     for t in np.linspace(0, 1, _SKIN + 1)[1:]:
-        rows.append(_raised(last + (rim - last) * t, height * (1 - t) ** 2 + 0.25 * np.sin(np.pi * t) - 0.4 * t**8))
+        rows.append(_raised(last + (rim - last) * t, height * (1 - t) ** 2 + 0.25 * np.sin(np.pi * t) - 0.6 * t**8))
     rows.append(_raised(0.98 * rim, np.full(columns, -1.3)))
     pocket = edge + 0.3 * thick[:, None] * out + np.stack([0 * sine, 0.35 * sine], axis=1)
     centre = pocket.mean(axis=0)

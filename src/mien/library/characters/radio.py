@@ -72,7 +72,7 @@ def deformed(pose: RadioPose, points: Floats) -> Floats:
     """Return where points go when the whole radio bends, shears, swells, wrings and leans."""
     x, y, z = points.T
     tall, size = 1 + pose.stretch, 1 + pose.swell
-    x, y, z = x * size / tall**0.7, y * size * tall, z * size**2
+    x, y, z = x * size / tall**0.7, y * size * tall, z * size**0.5
     x, y = x + pose.shear * y, y + pose.quake * np.sin(1.25 * x + 0.6)
     angle = np.radians(pose.wring) * x / HALF
     y, z = y * np.cos(angle) - z * np.sin(angle), y * np.sin(angle) + z * np.cos(angle)

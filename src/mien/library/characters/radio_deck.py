@@ -13,7 +13,7 @@ from mien.library.characters.radio_poses import RadioPose
 
 FACE = 3.75
 """Depth of the front panel [cm]."""
-DECK = np.array([0.0, -2.2, 0.0])
+DECK = np.array([0.0, -2.2, 0.3])
 WIDE, TALL, CORNER, COLUMNS = 3.3, 2.5, 0.55, 56
 OPENING = rounded(WIDE, TALL, CORNER, COLUMNS)
 """The compartment's middle, and its opening [cm]."""
@@ -68,5 +68,5 @@ def _cassette(pose: RadioPose) -> list[Part]:
     made = [slab(rounded(2.8, 1.5, 0.25, 40), 4.0, 4.55, 0.1, 4).named("cassette")]
     made.append(slab(rounded(2.3, 0.7, 0.15, 32), 4.4, 4.62, 0.05, 4).shifted(0, 0.3, 0).named("label"))
     middle = np.array([0.0, 0.0, 4.3])
-    tip = Frame(middle + [0, 0.5 * pose.eject - 0.5, 2.6 * pose.eject], turn(0.0, np.radians(38 * pose.eject)))
+    tip = Frame(middle + [0, 1.5 * pose.eject - 0.5, 2.3 * pose.eject], turn(0.0, np.radians(38 * pose.eject)))
     return moved(made, lambda p: tip.place(p - middle))

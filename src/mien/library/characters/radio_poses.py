@@ -142,7 +142,7 @@ EMOTIONS = {
     "disgust": P(
         shear=-0.06, tilt=-4, wring=7, antenna=-8,
         upper=24, lower=12, slant=9, squint=0.35,
-        door=24, curve=-0.5, skew=0.8, eject=0.3,
+        door=36, curve=-0.7, skew=1, eject=0.5,
     ),
     "loathing": P(
         bend=-0.8, shear=-0.12, tilt=-6, nod=-6, wring=14, antenna=-24,
@@ -160,7 +160,7 @@ EMOTIONS = {
         door=14, wide=0.07, curve=-0.6,
     ),
     "rage": P(
-        bend=-1, swell=0.07, shear=0.24, nod=7, quake=0.1, handle=-1, antenna=30, knobs=-140,
+        bend=-1, swell=0.07, shear=0.24, nod=7, quake=0.1, handle=0.7, antenna=30, knobs=-140,
         upper=40, lower=24, slant=44, dilate=-0.4, push=0.6, toe=18, big=0.06,
         door=60, wide=0.18, tall=0.22, curve=-0.9,
     ),
@@ -220,13 +220,13 @@ EMOTIONS = {
 VISEMES = {
     "viseme_PP": P(door=0, wide=-0.04, out=-0.2),
     "viseme_FF": P(door=9, wide=0.03, tall=-0.1, curve=-0.15, reels=8),
-    "viseme_TH": P(door=20, wide=0.014, eject=0.4, reels=12),
-    "viseme_DD": P(door=22, wide=0.035, curve=0.12, reels=25),
+    "viseme_TH": P(door=40, wide=0.014, tall=0.1, eject=0.4, reels=12),
+    "viseme_DD": P(door=28, wide=0.035, curve=0.12, reels=25),
     "viseme_CH": P(door=24, wide=-0.22, tall=0.06, curve=-0.12, out=0.5, reels=-15),
     "viseme_SS": P(door=11, wide=0.11, tall=-0.1, curve=0.2, reels=-25),
     "viseme_RR": P(door=18, wide=-0.16, skew=0.25, out=0.25, reels=20),
     "viseme_aa": P(door=74, tall=0.3, reels=40),
-    "viseme_E": P(door=44, wide=0.1, tall=0.06, curve=0.15, reels=30),
+    "viseme_E": P(door=50, wide=0.1, tall=0.06, curve=0.15, reels=30),
     "viseme_I": P(door=27, wide=0.19, tall=-0.06, curve=0.4, reels=15),
     "viseme_O": P(door=56, wide=-0.32, tall=0.22, out=0.3, reels=-40),
     "viseme_U": P(door=28, wide=-0.46, tall=-0.06, curve=-0.1, out=0.8, reels=-20),

@@ -12,7 +12,7 @@ from mien.library.characters.eyes import Gaze, lids, turn
 from mien.library.characters.parts import Frame, Part, ball, blob, circle, moved, polar_angles, turned
 from mien.library.characters.radio_poses import RadioPose
 
-SPEAKER, REACH = (8.9, -1.6, 4.9), 3.35
+SPEAKER, REACH = (8.9, -1.6, 5.15), 3.35
 """The left speaker's middle, and the speakers' radius [cm]."""
 
 

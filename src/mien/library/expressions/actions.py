@@ -15,7 +15,12 @@ from mien.vocabularies.facs import parsed_code
 ACTIONS: Final[dict[str, Controls]] = {
     "1": {"frontalis_medial_left": 1.0},
     "2": {"frontalis_lateral_left": 1.0},
-    "4": {"corrugator_left": 1.0, "brow_inner_left.tz": 0.001, "brow_middle_left.ty": -0.0035},
+    "4": {
+        "corrugator_left": 1.0,
+        "brow_inner_left.ty": -0.001,
+        "brow_inner_left.tz": 0.001,
+        "brow_middle_left.ty": -0.004,
+    },
     "5": {"levator_palpebrae_left": 1.0, "orbicularis_oculi_lower_left": -0.12},
     "6": {
         "orbicularis_oculi_orbital_left": 1.0,
@@ -61,8 +66,8 @@ ACTIONS: Final[dict[str, Controls]] = {
         "lip_lower_left.tz": 0.005,
         "lip_lower_left.rx": 0.35,
     },
-    "23": {"orbicularis_oris_marginal": 0.7, "orbicularis_oris_left": 0.12},
-    "24": {"orbicularis_oris_marginal": 0.8, "lip_upper_left.tz": -0.001, "lip_lower_left.tz": -0.001},
+    "23": {"orbicularis_oris_marginal_left": 0.7, "orbicularis_oris_left": 0.12},
+    "24": {"orbicularis_oris_marginal_left": 0.8, "lip_upper_left.tz": -0.001, "lip_lower_left.tz": -0.001},
     "25": {"depressor_labii_left": 0.4, "levator_labii_left": 0.2},
     "26": {"jaw.rx": 0.17},
     "27": {"jaw.rx": 0.36, "orbicularis_oris_left": 0.15},

@@ -1,9 +1,10 @@
 """Plutchik's 32 emotions as action units.
 
-For the six emotions with a prototype the units are those of Ekman, Friesen and Hager
-(2002, Investigator's Guide, prototypes and major variants), so joy, fear, surprise,
-sadness, disgust and anger can be looked up; their degrees are ours.  Nobody has
-published prototypes for the rest: they are ours, and say so.
+Six emotions have a prototype (Ekman, Friesen and Hager 2002): the units at the core of
+joy, fear, surprise, sadness, disgust and anger are those.  Contempt's is the one-sided
+dimpler (Ekman and Friesen 1986).  Their degrees, and what is added to them (heavy lids,
+an open mouth, a frown), are ours.  Nobody has published prototypes for the rest: they
+are ours, and say so.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from collections.abc import Mapping
 from typing import Final, NamedTuple
 
 PROTOTYPE: Final = "Ekman, Friesen and Hager 2002"
+DIMPLER: Final = "Ekman and Friesen 1986"
 OURS: Final = "ours"
 
 
@@ -84,8 +86,8 @@ DYAD: Final[dict[str, Expression]] = {
     "awe": Expression({"1": 0.9, "2": 0.6, "5": 0.8, "26": 0.7, "25": 0.3, "63": 0.3}),
     "disapproval": Expression({"L2": 0.9, "L1": 0.3, "R4": 0.5, "15": 0.7, "17": 0.6, "43": 0.1}),
     "remorse": Expression({"1": 0.9, "4": 0.5, "15": 0.6, "17": 0.5, "64": 0.8, "24": 0.3}),
-    "contempt": Expression({"L14": 1.0, "L12": 0.6, "43": 0.25, "R2": 0.4, "L4": 0.3, "17": 0.2}, PROTOTYPE),
+    "contempt": Expression({"L14": 1.0, "L12": 0.6, "43": 0.25, "R2": 0.4, "L4": 0.3, "17": 0.2}, DIMPLER),
     "aggressiveness": Expression({"4": 1.0, "5": 0.6, "9": 0.5, "10": 0.6, "16": 0.8, "25": 0.6, "29": 0.7, "38": 0.6}),
     "optimism": Expression({"12": 0.7, "6": 0.35, "1": 0.45, "2": 0.5, "5": 0.2, "25": 0.35, "63": 0.3}),
 }
-"""The emotions between neighbours on the wheel; contempt's unit is the one-sided dimpler."""
+"""The emotions between neighbours on the wheel."""

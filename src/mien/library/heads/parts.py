@@ -71,7 +71,7 @@ def midline_sweep(
             (sections[-1], path[-1], forward[-1], not leftward),
         ):
             tip = int(half.add((end + 0.3 * sizes[0, 1] * along * [0, 1, 1])[None], name)[0])
-            half.fan(ring[::-1] if flip else ring, tip, closed=False)
+            half.fan(ring if flip else ring[::-1], tip, closed=False)
 
     return add
 

@@ -16,8 +16,7 @@ from mien.library.heads.unfold import Core
 from mien.library.solids import Ball, Bar
 
 FOLDS = tuple(
-    Turned((0, -3.2 - 1.15 * k, -4.4 - 2.2 * k), (4.55 + 0.2 * k, 4.55 + 0.2 * k, 1.0), 0.8, pitch=-28)
-    for k in range(5)
+    Turned((0, -3.2 - 1.15 * k, -4.4 - 2.2 * k), (4.6 + 0.2 * k, 4.6 + 0.2 * k, 1.05), 1.1, pitch=-28) for k in range(5)
 )
 """The neck's folds, each a disc across it."""
 
