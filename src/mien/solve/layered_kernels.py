@@ -35,6 +35,8 @@ NEWTON = 4
 """Newton steps at most after each round of alternation."""
 SHIFTS = (1e-6, 1e-4, 1e-2, 1.0)
 """Tried in turn where the joint problem is not convex, relative to the largest curvature."""
+CHUNK = 1024
+"""Coordinates projected at a time: all extremes at so many stay in the cache while frames pass."""
 FINER = 1e-6
 """Newton steps go on to this share of the tolerance: they cost little, and rounding then hardly shows in the shares."""
 HALVINGS = 8
@@ -450,3 +452,33 @@ def descend_frames(
             gram, data[f], energy[f], shape, pull, before, z, tolerances[f], max_rounds, parts, history, count
         )
         found[f] = z
+
+
+@njit(cache=True, nogil=True, fastmath={"reassoc", "contract"})
+def project_frames(basis: Floats, borders: Ints, moved: Floats, data: Floats, energy: Floats) -> None:
+    """Set `c_l = Bᵀ M_l x̂` and `‖x̂‖²` of frames, each in the same order of sums however many there are.
+
+    Args:
+        basis: `(N, D)` the extremes, coordinates in the order of the regions.
+        borders: `(m + 1,)` where each region's coordinates begin.
+        moved: `(F, D)`.
+        data: `(F, m, N)` filled.
+        energy: `(F,)` filled.
+    """
+    data[:] = 0.0
+    energy[:] = 0.0
+    for r in range(len(borders) - 1):
+        for begin in range(borders[r], borders[r + 1], CHUNK):
+            end = min(begin + CHUNK, borders[r + 1])
+            for f in range(len(moved)):
+                x = moved[f, begin:end]
+                power = 0.0
+                for i in range(end - begin):
+                    power += x[i] * x[i]
+                energy[f] += power
+                for k in range(len(basis)):
+                    row = basis[k, begin:end]
+                    s = 0.0
+                    for i in range(end - begin):
+                        s += row[i] * x[i]
+                    data[f, r, k] += s

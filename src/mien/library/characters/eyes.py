@@ -109,7 +109,7 @@ def _lid(gaze: Gaze, meet: float, side: int, columns: int) -> Part:
     line = np.radians(meet) * np.sin(across) ** 2
     edge = side * opening * np.sin(across) ** 0.3 + (1.0 if side > 0 else 0.4) * _lean(gaze, across)
     edge = line + side * (np.maximum(side * edge, 0) - LAP)
-    far = side * np.radians(150)
+    far = side * np.radians(174)
     share = np.concatenate([[0.0, 0.045, 0.055], np.linspace(0.16, 1, 6), np.linspace(1, 0, 3)])
     inner, outer = SHELL
     radius = np.concatenate([[(inner + outer) / 2], [outer] * 8, [inner] * 3])

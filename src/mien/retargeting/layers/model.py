@@ -214,8 +214,8 @@ def _with_rest(face: LayeredFace, other: LayeredFace) -> LayeredFace:
     for layer in face.layers:
         twin = next((o for o in other.layers if o.name == layer.name), None)
         missing = [e for e in (() if twin is None else twin.extremes) if e in RESTING and e not in layer.extremes]
-        still = ~layer.offsets.any(axis=(1, 2)).any()
-        if missing and still:
+        moving = bool(layer.offsets.any(axis=(1, 2)).all())
+        if missing and moving:
             zero = np.zeros((1, *face.rest.shape))
             layer = Layer(layer.name, (*missing[:1], *layer.extremes), np.concatenate([zero, layer.offsets]))
         layers.append(layer)

@@ -1,0 +1,202 @@
+"""An actor's points taken apart into layers, frame by frame.
+
+The fit term is the mean over the points of the squared distance in human centimetres
+(`core.units`), so that λ and γ depend neither on units nor on the number of points; a point
+that is not seen in a frame says nothing in it: its part is taken out of the Gram matrices and
+the rest keeps its weight.
+
+The bias (§4) is `γ = closure · exp(−d²/2σ²)`, with `d` in inter-ocular distances: how much
+farther apart the centres of the lips are than in the extreme with closed lips (points on the
+skin around the mouth never touch).  As published `closure` is 1, and a face with closed lips is
+not fitted at all; σ = 0.02 is as published.  The published λ = 0.2 is for a sum over 323 points in
+an unknown unit; here it is 0.001 per mean squared centimetre at 30 frames a second, which
+fits real takes best, and `(fps / 30)²` times that at other rates.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from mien.core import InputError
+from mien.core.arrays import Flags, Floats, Ints
+from mien.retargeting.layers.model import LayeredFace
+from mien.solve.layered import Bias, LayeredProblem, LayeredSolution, solve_layered
+from mien.solve.layered_kernels import project_frames
+
+RATE = 30.0
+"""The frame rate for which the smoothness is stated."""
+INTEROCULAR_CM = 6.3
+"""Between the pupils of an adult: the unit of `d`, on a face scaled to human size."""
+PROBLEMS = 256
+"""Problems kept for sets of seen points that come back."""
+
+
+@dataclass(frozen=True, eq=False)
+class Lips:
+    """When the lips are closed, and what then holds.
+
+    Attributes:
+        upper, lower: the points at the centres of the lips.
+        closed: their distance when closed [cm of a human face].
+        sigma: σ, in inter-ocular distances.
+        closure: γ when closed, 0 to 1.
+        bias: the mouth, the speech layer, and the coefficients of closed lips.
+    """
+
+    upper: int
+    lower: int
+    closed: float
+    sigma: float
+    closure: float
+    bias: Bias
+
+    def gamma(self, points: Floats) -> Floats:
+        """Return γ `(F,)` for points `(F, P, 3)` [cm]; 0 where a lip is not seen."""
+        gap = np.linalg.norm(points[:, self.upper] - points[:, self.lower], axis=1)
+        d = np.maximum(gap - self.closed, 0.0) / INTEROCULAR_CM
+        return np.nan_to_num(self.closure * np.exp(-(d**2) / (2 * self.sigma**2)))
+
+
+@dataclass(frozen=True, eq=False)
+class Decomposer:
+    """What is needed to take a face apart.
+
+    Attributes:
+        face: the actor in layers [cm of a human face].
+        importance: `(P,)` how much each point counts; the mean is 1.
+        smooth: λ.
+        lips: the bias; None for none.
+    """
+
+    face: LayeredFace
+    importance: Floats
+    smooth: float
+    lips: Lips | None = None
+
+    def decompose(self, moved: Floats, fps: float = RATE, before: Floats | None = None) -> LayeredSolution:
+        """Take frames apart, in order.
+
+        Args:
+            moved: `(F, P, 3)` displacements from rest with the head held still [cm]; NaN where not seen.
+            fps: frames per second, for the smoothness.
+            before: the unknowns of the frame before, `LayeredSolution.last`; None at the beginning.
+
+        Returns:
+            Weights and coefficients; the same, to the bit, for a take and its frames one by one.
+
+        Raises:
+            InputError: the first frame of all sees nothing.
+        """
+        seen = ~np.isnan(moved[..., 0])
+        gamma = np.zeros(len(moved)) if self.lips is None else self.lips.gamma(moved + self.face.rest)
+        smooth = self.smooth * (fps / RATE) ** 2
+        parts = []
+        cuts = [0, *(np.flatnonzero((seen[1:] != seen[:-1]).any(axis=1)) + 1).tolist(), len(moved)]
+        for begin, end in zip(cuts[:-1], cuts[1:], strict=True):
+            data, energy = self.project(moved[begin:end], seen[begin:end])
+            if before is None and not seen[begin].any():
+                raise InputError("the first frame sees no point, so there is nothing to begin with; cut it off.")
+            part = solve_layered(self.problem(seen[begin], smooth), data, energy, gamma[begin:end], before)
+            before = part.last
+            parts.append(part)
+        return _joined(parts)
+
+    def project(self, moved: Floats, seen: Flags) -> tuple[Floats, Floats]:
+        """Return `c_l = Bᵀ M_l x̂` `(F, m, N)` and `‖x̂‖²` `(F,)`, means over the points."""
+        order, borders, basis = self._sorted
+        x = np.where(seen[..., None], moved, 0.0)[:, order].reshape(len(moved), -1) * self._root
+        data = np.empty((len(moved), len(borders) - 1, len(basis)))
+        energy = np.empty(len(moved))
+        project_frames(basis, borders, x, data, energy)
+        return data, energy
+
+    def problem(self, seen: Flags, smooth: float) -> LayeredProblem:
+        """Return the problem for frames that see these points `(P,)`."""
+        key = (seen.tobytes(), smooth)
+        if key not in self._problems:
+            if len(self._problems) >= PROBLEMS:
+                self._problems.clear()
+            bias = None if self.lips is None else self.lips.bias
+            self._problems[key] = LayeredProblem(self._gram(seen), self.face.sizes, smooth, bias)
+        return self._problems[key]
+
+    def _gram(self, seen: Flags) -> Floats:
+        """Return `A_l = Bᵀ M_l B` of the seen points: of all, less those of the others where these are fewer."""
+        order = self._sorted[0]
+        if seen.all():
+            return self._whole
+        few = seen.mean() < 0.5
+        part = self._products((seen if few else ~seen)[order])
+        return part if few else self._whole - part
+
+    def _products(self, chosen: Flags) -> Floats:
+        _, borders, basis = self._sorted
+        pick = np.repeat(chosen, 3)
+        parts = [basis[:, a:b][:, pick[a:b]] for a, b in zip(borders[:-1], borders[1:], strict=True)]
+        return np.stack([part @ part.T for part in parts])
+
+    @cached_property
+    def _whole(self) -> Floats:
+        return self._products(np.ones(len(self.face.rest), bool))
+
+    @cached_property
+    def _problems(self) -> dict[tuple[bytes, float], LayeredProblem]:
+        return {}
+
+    @cached_property
+    def _root(self) -> Floats:
+        """`(3 P,)` what coordinates are multiplied by so that sums over them are means over points."""
+        order, _ = self._sorted_points
+        return np.repeat(np.sqrt(self.importance / len(self.importance))[order], 3)
+
+    @cached_property
+    def _sorted_points(self) -> tuple[Ints, Ints]:
+        of = self.face.regions.of
+        order = np.argsort(of, kind="stable")
+        borders = 3 * np.searchsorted(of[order], np.arange(len(self.face.regions.names) + 1))
+        return order, borders.astype(np.int64)
+
+    @cached_property
+    def _sorted(self) -> tuple[Ints, Ints, Floats]:
+        """Points in the order of their regions, where each region's coordinates begin, and the basis in that order."""
+        order, borders = self._sorted_points
+        basis = self.face.basis[:, order].reshape(len(self.face.basis), -1) * self._root
+        return order, borders, np.ascontiguousarray(basis)
+
+
+def residual_mm(face: LayeredFace, found: LayeredSolution, moved: Floats) -> Floats:
+    """Return `(F,)` the root-mean-square distance of the seen points from the layered face [mm of a human face]."""
+    seen = ~np.isnan(moved[..., 0])
+    error = np.where(seen[..., None], moved + face.rest - face.compose(found.weights, found.coefficients), 0.0)
+    count = seen.sum(axis=1)
+    with np.errstate(invalid="ignore"):
+        return np.asarray(10 * np.sqrt(np.where(count > 0, (error**2).sum(axis=(1, 2)) / count, np.nan)))
+
+
+def outside(face: LayeredFace, found: LayeredSolution, moved: Floats) -> Floats:
+    """Return `(F,)` the share of the movement that lies outside the simplices: what eq. 7 cannot follow.
+
+    It is the distance from the composed face over the distance from rest; 0 for a face that
+    the extremes can make, and at rest.
+    """
+    seen = ~np.isnan(moved[..., 0])[..., None]
+    error = np.where(seen, moved + face.rest - face.compose(found.weights, found.coefficients), 0.0)
+    size = np.sqrt((np.where(seen, moved, 0.0) ** 2).sum(axis=(1, 2)))
+    off = np.sqrt((error**2).sum(axis=(1, 2)))
+    return np.asarray(np.minimum(off / np.maximum(size, 1e-300), 1.0) * (size > 0))
+
+
+def _joined(parts: list[LayeredSolution]) -> LayeredSolution:
+    if len(parts) == 1:
+        return parts[0]
+    return LayeredSolution(
+        np.concatenate([p.weights for p in parts]),
+        np.concatenate([p.coefficients for p in parts]),
+        np.concatenate([p.objective for p in parts]),
+        np.concatenate([p.kkt for p in parts]),
+        np.concatenate([p.rounds for p in parts]),
+        all(p.converged for p in parts),
+    )
