@@ -173,8 +173,8 @@ def test_vowels_open_the_mouths_wider_than_consonants(rig: Rig) -> None:
 
 def test_colours_are_of_groups_and_paint_every_triangle(rig: Rig) -> None:
     colours = COLOURS[rig.name]
-    painted = np.unique(np.concatenate([rig.neutral.groups[group] for group in colours]))
-    assert np.array_equal(painted, np.arange(len(rig.neutral.vertices)))
+    t = rig.neutral.triangles
+    assert np.any([np.isin(t, rig.neutral.groups[group]).all(axis=1) for group in colours], axis=0).all()
     assert all(0 <= band <= 1 for colour in colours.values() for band in colour)
 
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mien.core import Blendshapes, Mesh, Rig
+from mien.core import Blendshapes, InputError, Mesh, Rig
 from mien.look.parts import COLOURS, part_named, surface_of
+from mien.look.shade import linear
 from tests.conftest import grid_rig
 from tests.look.solids import ball
 
@@ -76,6 +77,19 @@ def test_where_groups_overlap_the_smaller_one_is_meant() -> None:
     surface = surface_of(Rig(Mesh(rig.neutral.vertices, rig.neutral.triangles, groups=groups), rig.blendshapes))
     for part, place in (("mouth", slice(0, eye.start)), ("eye", slice(eye.start, -9)), ("pupil", slice(-9, None))):
         assert (surface.colours[place] == COLOURS[part]).all()
+
+
+def test_paint_goes_over_what_names_tell_later_over_earlier_and_only_where_there_is_a_group() -> None:
+    rig, eye = with_eye(groups=True)
+    ids = np.arange(len(rig.neutral.vertices))
+    mesh = Mesh(rig.neutral.vertices, rig.neutral.triangles, groups={"all": ids, "eye_L": ids[eye]})
+    painted = Rig(mesh, rig.blendshapes)
+    surface = surface_of(painted, {"all": (0.0, 0.0, 0.2), "eye_L": (0.5, 1.0, 0.0)})
+    assert linear(surface.colours[0]) == pytest.approx([0, 0, 0.2])
+    assert linear(surface.colours[eye][0]) == pytest.approx([0.5, 1, 0])
+    assert not surface.gaze.any()
+    with pytest.raises(InputError, match="eye_R"):
+        surface_of(painted, {"eye_R": (0.0, 0.0, 0.0)})
 
 
 @pytest.mark.real

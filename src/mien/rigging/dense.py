@@ -11,13 +11,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import connected_components
 
 from mien.core import Mesh, Note, SurfacePoints
 from mien.core.arrays import Flags, Floats, Ints
-from mien.geometry.surface import closest_points, triangle_normals
+from mien.core.units import face_radius
+from mien.geometry.surface import closest_points, triangle_normals, vertex_normals
 from mien.geometry.tps import ThinPlate, fit_thin_plate
+from mien.rigging.warp_and_stick.folds import folded, smooth_out
+from mien.rigging.warp_and_stick.sheet import Sheet, skin_of, twins_of
+from mien.rigging.warp_and_stick.stick import Anchors, stick
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +34,7 @@ class DenseFit:
         warped: `(Ns, 3)` the source after the warp.
         points: where each source vertex is on the target; of no meaning off the skin.
         stuck: `(Ns, 3)` those points' positions; off the skin, the warped positions.
+        paired: `(Ns,)` skin that has a counterpart: not so the inside of a mouth on a face without one.
         back: where each target vertex is on the source; of no meaning off the skin.
         back_distance: `(Nt,)` how far each target vertex is from the stuck source [m].
         folds_before, folds_after: triangles of the source turned over by sticking, before and after repair.
@@ -46,11 +49,44 @@ class DenseFit:
     warped: Floats
     points: SurfacePoints
     stuck: Floats
+    paired: Flags
     back: SurfacePoints
     back_distance: Floats
     folds_before: int
     folds_after: int
     notes: tuple[Note, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class _Side:
+    """One face as both directions of sticking need it."""
+
+    mesh: Mesh
+    landmarks: SurfacePoints
+    twins: Ints
+    skin: Flags
+    sheet: Sheet
+    radius: float
+    order: Floats
+
+    @classmethod
+    def of(cls, mesh: Mesh, landmarks: SurfacePoints, turned: bool = False) -> _Side:
+        twins = twins_of(mesh.vertices, mesh.triangles)
+        carrying = landmarks.corners[landmarks.weights > 1e-9]
+        skin = skin_of(mesh.triangles, twins, len(mesh.vertices), carrying)
+        triangles = mesh.triangles[skin[mesh.triangles].all(axis=1)]
+        sheet = Sheet.of(mesh.vertices, triangles[:, ::-1] if turned else triangles, twins)
+        radius = face_radius(landmarks.of(mesh.vertices))
+        return cls(mesh, landmarks, twins, skin, sheet, radius, sheet.order(radius, carrying))
+
+    def at(self, vertices: Floats, usable: Flags | None = None) -> Sheet:
+        return Sheet.of(vertices, self.sheet.triangles, self.twins, usable)
+
+    def anchors(self, places: SurfacePoints) -> Anchors:
+        """Pair the corners of the landmarks with where the landmarks are on the other face."""
+        rows, corners = np.nonzero(self.landmarks.weights > 1e-9)
+        exact = self.landmarks.weights[rows, corners] > 1 - 1e-9
+        return Anchors(self.landmarks.corners[rows, corners], places.take(rows), exact)
 
 
 def lay(
@@ -73,29 +109,58 @@ def lay(
     Raises:
         InputError: fewer than 4 landmarks, landmarks in one plane, or coinciding.
     """
-    source_skin = skin_of(source, source_landmarks)
-    target_skin = skin_of(target, target_landmarks)
     warp = fit_thin_plate(source_landmarks.of(source.vertices), target_landmarks.of(target.vertices))
     warped = warp(source.vertices)
-    faces = target.triangles[target_skin[target.triangles].all(axis=1)]
-    points, _, _ = closest_points(target.vertices, faces, warped)
-    stuck = np.where(source_skin[:, None], points.of(target.vertices), warped)
-    own = source.triangles[source_skin[source.triangles].all(axis=1)]
-    back, distance, _ = closest_points(stuck, own, target.vertices)
-    folds = count_folds(warped, stuck, own)
+    from_side = _Side.of(source, source_landmarks)
+    inside_out = _faces_away(from_side.at(warped), target)
+    to_side = _Side.of(target, target_landmarks, inside_out)
+
+    film = from_side.at(warped)
+    anchors = from_side.anchors(target_landmarks)
+    stuck = stick(film, from_side.order, to_side.sheet, anchors, to_side.radius)
+    before = int(folded(warped, stuck.points.of(target.vertices), film.triangles).sum())
+    after = before
+    if repair and before:
+        held = anchors.vertices[anchors.exact]
+        stuck = smooth_out(film, from_side.order, to_side.sheet, stuck, held, to_side.radius)
+        after = int(folded(warped, stuck.points.of(target.vertices), film.triangles).sum())
+    positions = np.where(from_side.skin[:, None], stuck.points.of(target.vertices), warped)
+    paired = from_side.skin & ~stuck.adrift
+
+    ground = from_side.at(positions, paired[film.triangles].all(axis=1))
+    back = stick(to_side.sheet, to_side.order, ground, to_side.anchors(source_landmarks), to_side.radius)
+    back_distance = np.linalg.norm(back.points.of(positions) - target.vertices, axis=1)
     return DenseFit(
-        source, target, source_skin, target_skin, warp, warped, points, stuck, back, distance, folds, folds
+        source,
+        target,
+        from_side.skin,
+        to_side.skin,
+        warp,
+        warped,
+        stuck.points,
+        positions,
+        paired,
+        back.points,
+        back_distance,
+        before,
+        after,
+        _notes(inside_out, before, after, int(stuck.adrift.sum())),
     )
 
 
-def skin_of(mesh: Mesh, landmarks: SurfacePoints) -> Flags:
-    """Return which vertices are connected to a landmark `(N,)`."""
-    n = len(mesh.vertices)
-    a, b = np.concatenate([mesh.triangles[:, [i, (i + 1) % 3]] for i in range(3)]).T
-    _, part = connected_components(csr_matrix((np.ones(len(a)), (a, b)), shape=(n, n)), directed=False)
-    return np.asarray(np.isin(part, part[landmarks.corners]))
+def _faces_away(film: Sheet, target: Mesh) -> bool:
+    """Tell whether the target's triangles are turned the other way than the source's."""
+    points, _, which = closest_points(target.vertices, target.triangles, film.vertices)
+    normals = triangle_normals(target.vertices, target.triangles)[which]
+    return bool(np.median((normals * film.facing).sum(axis=1)) < 0)
 
 
-def count_folds(before: Floats, after: Floats, triangles: Ints) -> int:
-    """Count the triangles whose orientation flips."""
-    return int(((triangle_normals(before, triangles) * triangle_normals(after, triangles)).sum(axis=1) < 0).sum())
+def _notes(inside_out: bool, before: int, after: int, adrift: int) -> tuple[Note, ...]:
+    notes = []
+    if inside_out:
+        notes.append(Note("inside-out", "the faces of the target are turned the other way than the source's."))
+    if before > after:
+        notes.append(Note("folds-repaired", f"{before - after} of {before} folds were smoothed out."))
+    if adrift:
+        notes.append(Note("without-counterpart", f"{adrift} points of the source have no counterpart on the target."))
+    return tuple(notes)

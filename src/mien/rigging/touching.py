@@ -20,6 +20,8 @@ from mien.geometry.surface import vertex_normals
 
 MEET_CM = 0.03
 """Skin touches if it is this close, on a human face."""
+NEARLY_CM = 0.12
+"""Skin that a pose brings together all but touches if it comes this close."""
 DETOUR_CM = 0.5
 """… and if the way along the skin is at least this long: neighbours do not touch, they are one."""
 FACING = 0.3
@@ -69,7 +71,8 @@ class Touching:
         self._edges = sparse.csr_matrix((lengths[first], (key // n, key % n)), shape=(n, n))
         edge = float(np.median(lengths)) if len(lengths) else 0.0
         self._meet = MEET_CM * centimetre
-        self._near = self._meet + edge
+        self._nearly = NEARLY_CM * centimetre
+        self._near = self._nearly + edge
         self._detour = max(DETOUR_CM * centimetre, 2 * edge)
         incidence = (
             np.ones(3 * len(self._faces), np.int8),
@@ -147,7 +150,7 @@ class Touching:
         gaps = posed[one] - np.einsum("mi,mic->mc", weights, posed[faces])
         order = np.lexsort((np.linalg.norm(gaps, axis=1), one))
         best = order[np.unique(one[order], return_index=True)[1]]
-        best = best[np.linalg.norm(gaps[best], axis=1) <= self._meet]
+        best = best[np.linalg.norm(gaps[best], axis=1) <= np.where(met[best], self._meet, self._nearly)]
         return Contacts(one[best], SurfacePoints(faces[best], weights[best]), gaps[best], met[best])
 
     def _strangers(self, one: Ints, other: Ints) -> Flags:

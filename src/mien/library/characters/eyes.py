@@ -56,17 +56,12 @@ def eye(gaze: Gaze, name: str, columns: int = 24, meet: float = -12.0) -> list[P
     near = np.array([0.25, 0.48, 0.52, 0.75, 0.97, 1.05]) * limbus
     white = np.linspace(near[-1], 0.93 * np.pi, 7)[1:]
     eyeball = ball(np.concatenate([near, white]), columns)
-    front, behind = len(eyeball.points) - 2, len(eyeball.points) - 1
-    colours = {
-        "pupil": np.append(ring_ids(columns, 0, 2), front),
-        "iris": ring_ids(columns, 2, 5),
-        "sclera": np.append(ring_ids(columns, 5, 12), behind),
-    }
+    front = len(eyeball.points) - 2
+    eyeball = eyeball.named(f"eyeball_{name}", "sclera")
+    eyeball = eyeball.named("iris", only=np.append(ring_ids(columns, 0, 5), front))
+    eyeball = eyeball.named("pupil", only=np.append(ring_ids(columns, 0, 2), front))
     look = turn(np.radians(gaze.right), np.radians(gaze.up))
-    eyeball = eyeball.moved(lambda p: p @ look)
-    for colour, ids in colours.items():
-        eyeball = eyeball.named(colour, only=ids)
-    return [eyeball.named(f"eyeball_{name}"), _glint(look), *lids(gaze, name, columns, meet)]
+    return [eyeball.moved(lambda p: p @ look), _glint(look), *lids(gaze, name, columns, meet)]
 
 
 def lids(gaze: Gaze, name: str, columns: int, meet: float) -> list[Part]:
