@@ -15,7 +15,7 @@ import numpy as np
 from mien.core import Mesh, Note, SurfacePoints
 from mien.core.arrays import Flags, Floats, Ints
 from mien.core.units import face_radius
-from mien.geometry.surface import closest_points, triangle_normals, vertex_normals
+from mien.geometry.surface import closest_points, triangle_normals
 from mien.geometry.tps import ThinPlate, fit_thin_plate
 from mien.rigging.warp_and_stick.folds import folded, smooth_out
 from mien.rigging.warp_and_stick.sheet import Sheet, skin_of, twins_of
@@ -150,7 +150,7 @@ def lay(
 
 def _faces_away(film: Sheet, target: Mesh) -> bool:
     """Tell whether the target's triangles are turned the other way than the source's."""
-    points, _, which = closest_points(target.vertices, target.triangles, film.vertices)
+    _, _, which = closest_points(target.vertices, target.triangles, film.vertices)
     normals = triangle_normals(target.vertices, target.triangles)[which]
     return bool(np.median((normals * film.facing).sum(axis=1)) < 0)
 

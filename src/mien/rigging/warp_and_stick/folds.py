@@ -12,7 +12,6 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import spsolve
 
-from mien.core import SurfacePoints
 from mien.core.arrays import Flags, Floats, Ints
 from mien.geometry.surface import triangle_normals
 from mien.rigging.warp_and_stick.sheet import Sheet
@@ -44,7 +43,7 @@ def smooth_out(film: Sheet, order: Floats, ground: Sheet, stuck: Stuck, held: In
     Returns:
         The same, with no more folds than before.
     """
-    graph = film.graph(shortest=1e-3 * float(np.median(film.ways.lengths, initial=radius)))
+    graph = film.graph(shortest=1e-3 * float(np.median(film.ways.lengths)))
     part = np.zeros(len(film.vertices), dtype=np.bool_)
     part[film.triangles] = True
     part[held] = False
