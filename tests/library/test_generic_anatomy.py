@@ -13,9 +13,9 @@ from mien.geometry.puppet import Puppet, controls_of
 from mien.geometry.templates import played, template_controls, template_shapes
 from mien.library.expressions import BASES, SCRIPTS, recipes
 from mien.library.generic import generic_rig
-from mien.library.generic_measures import GENERIC
-from mien.library.half import Head
-from mien.library.head import build
+from mien.library.generic.head import build
+from mien.library.generic.proportions import GENERIC
+from mien.library.modelling.half import Head
 from mien.vocabularies.arkit import ARKIT_NAMES
 from mien.vocabularies.expressions import BLINKS, EMOTIONS, NEUTRAL, PRIMARIES, VISEMES
 from mien.vocabularies.facs import ACTION_UNITS, FAIGIN, parsed_code

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from mien.core import Rig
-from mien.library.generic_measures import GENERIC
-from mien.library.generic_regions import REGIONS, generic_regions
-from mien.library.generic_skin import JOINTS, generic_skin
-from mien.library.half import Head
-from mien.library.head import build
+from mien.library.generic.head import build
+from mien.library.generic.proportions import GENERIC
+from mien.library.generic.regions import REGIONS, generic_regions
+from mien.library.generic.skin import JOINTS, generic_skin
+from mien.library.modelling.half import Head
 from mien.vocabularies.anthropometry import LANDMARKS, MIDLINE, PAIRED, same_landmarks
 
 Array = np.ndarray

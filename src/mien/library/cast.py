@@ -8,12 +8,12 @@ import numpy as np
 
 from mien.core import Blendshapes, Mesh, Rig
 from mien.core.arrays import Floats
-from mien.library.half import Head
-from mien.library.head import build
+from mien.library.generic.head import build
+from mien.library.generic.measures import Eye, Measures, Mouth
 from mien.library.landmarks import landmarks
-from mien.library.measures import Eye, Measures, Mouth
+from mien.library.modelling.half import Head
+from mien.library.modelling.solids import Ball, Bar
 from mien.library.shapes import arkit_shapes
-from mien.library.solids import Ball, Bar
 
 CENTIMETRE = 0.01
 

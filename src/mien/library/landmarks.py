@@ -6,8 +6,8 @@ import numpy as np
 
 from mien.core import SurfacePoints
 from mien.core.arrays import Floats
-from mien.library.half import Head
-from mien.library.measures import Measures, front
+from mien.library.generic.measures import Measures, front
+from mien.library.modelling.half import Head
 
 EYE = (42, 43, 44, 45, 46, 47)
 """Inner corner, two on the upper lid, outer corner, two on the lower lid."""

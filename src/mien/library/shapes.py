@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 from mien.core.arrays import Floats
-from mien.library.half import Head
-from mien.library.measures import Measures, front
+from mien.library.generic.measures import Measures, front
+from mien.library.modelling.half import Head
 
 JAW_TURN = np.radians(19)
 GAZE = {"Up": np.radians(24), "Down": np.radians(28), "In": np.radians(32), "Out": np.radians(32)}

@@ -11,11 +11,12 @@ from mien.core import InputError
 from mien.core.errors import unknown
 from mien.retargeting.copying import Copy
 from mien.retargeting.direct import Direct
+from mien.retargeting.layers import Layers
 from mien.retargeting.method import Method
 from mien.retargeting.range_of_motion import RangeOfMotion
 from mien.retargeting.rbf import Rbf
 
-METHODS: dict[str, type[Method]] = {method.name: method for method in (RangeOfMotion, Rbf, Direct, Copy)}
+METHODS: dict[str, type[Method]] = {method.name: method for method in (RangeOfMotion, Layers, Rbf, Direct, Copy)}
 
 
 def make_method(name: str, settings: dict[str, Any] | None = None) -> Method:
@@ -87,6 +88,8 @@ def _bounds(text: str) -> tuple[float, float] | None:
 
 
 WRITTEN: dict[str, tuple[Callable[[str], Any], str]] = {
+    "masks": (_names, "vertex groups, as in body,mouths,eyes"),
+    "planar": (_names, "names of markers, as in lip_1,lip_2"),
     "off": (_names, "names or patterns, as in viseme_*,tongueOut"),
     "exclusive": (_pairs, "pairs, as in jawLeft:jawRight,mouthLeft:mouthRight"),
     "symmetric": (_pairs, "pairs, as in eyeBlinkLeft:eyeBlinkRight"),

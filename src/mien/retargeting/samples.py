@@ -58,12 +58,12 @@ class Samples:
         self._check_agreement()
 
     @property
-    def X(self) -> Floats:  # noqa: N802
+    def X(self) -> Floats:
         """`(l + m, dx)` all source rows, the labelled ones first."""
         return _stacked(self.X_labelled, self.X_only, "X")
 
     @property
-    def Y(self) -> Floats:  # noqa: N802
+    def Y(self) -> Floats:
         """`(l + n, dy)` all target rows, the labelled ones first."""
         return _stacked(self.Y_labelled, self.Y_only, "Y")
 

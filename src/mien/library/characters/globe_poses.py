@@ -83,7 +83,7 @@ EMOTIONS = {
     "ecstasy": P(
         stretch=0.08, pear=0.05, ears=26, flare=0.1,
         upper=62, lower=4, brow=22, dilate=0.3, pop=0.2, stalks=1.2,
-        wide=0.3, open_up=0.25, open_low=2.3, curve=2.5, tongue=0.25,
+        wide=0.24, open_up=0.25, open_low=2.3, curve=2.5, tongue=0.25,
     ),
     "trust": P(
         tilt=6, ears=8,
@@ -158,7 +158,7 @@ EMOTIONS = {
     "rage": P(
         stretch=-0.08, pear=0.07, nod=7, spikes=1.8, heave=0.9, shiver=0.08, ears=-24, flare=0.6, sniff=0.4,
         upper=38, lower=20, slant=38, brow=-14, dilate=-0.45, pop=0.5,
-        wide=0.28, open_up=1.1, open_low=1.5, curve=-1.7,
+        wide=0.18, open_up=1.1, open_low=1.5, curve=-1.7,
     ),
     "anticipation": P(
         stretch=0.04, nod=5, ears=22,
@@ -203,7 +203,7 @@ EMOTIONS = {
     "aggressiveness": P(
         pear=0.06, nod=10, spikes=1.1, heave=0.5, ears=10, flare=0.4,
         upper=34, lower=8, slant=28, brow=-14, dilate=-0.35, pop=0.3,
-        wide=0.26, open_up=0.55, open_low=0.7, curve=0.9,
+        wide=0.2, open_up=0.55, open_low=0.7, curve=0.9,
     ),
     "optimism": P(
         stretch=0.06, tilt=4, nod=-5, ears=26,
@@ -223,7 +223,7 @@ VISEMES = {
     "viseme_RR": P(wide=-0.2, open_up=0.3, open_low=0.45, curve=0.2, pucker=0.2, thick=0.12, tongue=0.25),
     "viseme_aa": P(wide=0.02, open_up=0.7, open_low=2.3, curve=0.4),
     "viseme_E": P(wide=0.16, open_up=0.45, open_low=1.1, curve=0.6, thick=-0.1),
-    "viseme_I": P(wide=0.3, open_up=0.35, open_low=0.5, curve=0.8),
+    "viseme_I": P(wide=0.24, open_up=0.35, open_low=0.5, curve=0.8),
     "viseme_O": P(wide=-0.44, open_up=1, open_low=1.5, curve=0, pucker=0.35),
     "viseme_U": P(wide=-0.62, open_up=0.4, open_low=0.5, curve=0, pucker=0.75, thick=0.1),
 }

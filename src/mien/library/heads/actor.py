@@ -13,7 +13,7 @@ from mien.library.heads.parts import brow, sweep, teeth
 from mien.library.heads.pits import Pit
 from mien.library.heads.plan import Neck, Plan, modelled
 from mien.library.heads.unfold import Core
-from mien.library.solids import Ball, Bar
+from mien.library.modelling.solids import Ball, Bar
 
 ACTOR = Plan(
     name="actor",

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from mien.core.arrays import Floats
-from mien.library.solids import Ball, Solids, skin_distance
+from mien.library.modelling.solids import Ball, Solids, skin_distance
 
 
 @dataclass(frozen=True)

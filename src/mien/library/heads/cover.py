@@ -14,11 +14,11 @@ from scipy.ndimage import map_coordinates
 from scipy.spatial import cKDTree
 
 from mien.core.arrays import Flags, Floats, Ints
-from mien.library.half import Half
 from mien.library.heads.clay import cast, settled
 from mien.library.heads.joining import joined
 from mien.library.heads.unfold import Core, within
-from mien.library.solids import Solids
+from mien.library.modelling.half import Half
+from mien.library.modelling.solids import Solids
 
 
 @dataclass(frozen=True)

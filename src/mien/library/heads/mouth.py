@@ -15,9 +15,9 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from mien.core.arrays import Floats, Ints
-from mien.library.half import Half
 from mien.library.heads.clay import cast
-from mien.library.solids import Point, Solids
+from mien.library.modelling.half import Half
+from mien.library.modelling.solids import Point, Solids
 
 
 class Around(NamedTuple):

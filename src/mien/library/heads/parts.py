@@ -9,9 +9,9 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from mien.core.arrays import Floats
-from mien.library.half import Half
 from mien.library.heads.clay import cast
-from mien.library.solids import Point, Solids
+from mien.library.modelling.half import Half
+from mien.library.modelling.solids import Point, Solids
 
 Knot = tuple[Point, float, float]
 """A place on a sweep's path and the half width and half thickness of its section [cm]."""

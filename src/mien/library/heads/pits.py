@@ -8,9 +8,9 @@ from itertools import pairwise
 import numpy as np
 
 from mien.core.arrays import Ints
-from mien.library.half import Half
 from mien.library.heads.clay import cast, rotation
-from mien.library.solids import Point, Solids
+from mien.library.modelling.half import Half
+from mien.library.modelling.solids import Point, Solids
 
 
 @dataclass(frozen=True)

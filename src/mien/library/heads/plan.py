@@ -10,13 +10,13 @@ import numpy as np
 from mien.core import Mesh, Rig, SurfacePoints
 from mien.core.arrays import Floats, Ints
 from mien.core.rig import no_blendshapes
-from mien.library.half import Half, mirrored
 from mien.library.heads.clay import cast, rotation
 from mien.library.heads.cover import Cover, cover
 from mien.library.heads.eyes import Eye, eye_rings, eyeball
 from mien.library.heads.mouth import Mouth, mouth_rings
 from mien.library.heads.pits import Pit, pit_rings
-from mien.library.solids import Point, Solids
+from mien.library.modelling.half import Half, mirrored
+from mien.library.modelling.solids import Point, Solids
 
 CENTIMETRE = 0.01
 

@@ -13,7 +13,7 @@ from mien.library.heads.parts import midline_sweep
 from mien.library.heads.pits import Pit
 from mien.library.heads.plan import Neck, Plan, modelled
 from mien.library.heads.unfold import Core
-from mien.library.solids import Ball, Bar
+from mien.library.modelling.solids import Ball, Bar
 
 FOLDS = tuple(
     Turned((0, -3.2 - 1.15 * k, -4.4 - 2.2 * k), (4.6 + 0.2 * k, 4.6 + 0.2 * k, 1.05), 1.1, pitch=-28) for k in range(5)

@@ -22,7 +22,9 @@ SUM_OFF = 1e-4
 """Shares that miss the sum 1 by more than this were edited, not only rounded, and are counted."""
 
 
-def layer_clip(face: LayeredFace, weights: Floats, coefficients: Floats, fps: float, head: Floats | None = None) -> Clip:
+def layer_clip(
+    face: LayeredFace, weights: Floats, coefficients: Floats, fps: float, head: Floats | None = None
+) -> Clip:
     """Return the curves of a performance in layers.
 
     Args:
@@ -69,7 +71,11 @@ def curves_of(face: LayeredFace, clip: Clip) -> tuple[Floats, Floats, tuple[Note
         edited |= off
     notes = []
     if edited.any():
-        notes.append(Note("shares-scaled", f"in {int(edited.sum())} frames shares did not sum to 1 and were divided by their sum."))
+        notes.append(
+            Note(
+                "shares-scaled", f"in {int(edited.sum())} frames shares did not sum to 1 and were divided by their sum."
+            )
+        )
     if not good.all():
         notes.append(Note("frames-held", f"{int((~good).sum())} frames without values hold the one before."))
     return weights, coefficients, tuple(notes)
@@ -141,7 +147,11 @@ class Projection:
         q = flat @ self.match.T
         found = solve_lasso(self.problem, q, before, tol=1e-9).weights
         power = np.einsum("fi,ij,fj->f", flat, self.energy, flat, optimize=True)
-        left = power - 2 * (found * q).sum(axis=1) + np.einsum("fk,kl,fl->f", found, self.problem.gram, found, optimize=True)
+        left = (
+            power
+            - 2 * (found * q).sum(axis=1)
+            + np.einsum("fk,kl,fl->f", found, self.problem.gram, found, optimize=True)
+        )
         return found, 10 * np.sqrt(np.maximum(left, 0.0))
 
 

@@ -20,7 +20,6 @@ from functools import cached_property
 
 import numpy as np
 
-from mien.core import InputError
 from mien.core.arrays import Flags, Floats, Ints
 from mien.retargeting.layers.model import LayeredFace
 from mien.solve.layered import Bias, LayeredProblem, LayeredSolution, solve_layered
@@ -57,7 +56,7 @@ class Lips:
         """Return γ `(F,)` for points `(F, P, 3)` [cm]; 0 where a lip is not seen."""
         gap = np.linalg.norm(points[:, self.upper] - points[:, self.lower], axis=1)
         d = np.maximum(gap - self.closed, 0.0) / INTEROCULAR_CM
-        return np.nan_to_num(self.closure * np.exp(-(d**2) / (2 * self.sigma**2)))
+        return np.asarray(np.nan_to_num(self.closure * np.exp(-(d**2) / (2 * self.sigma**2))))
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,10 +84,8 @@ class Decomposer:
             before: the unknowns of the frame before, `LayeredSolution.last`; None at the beginning.
 
         Returns:
-            Weights and coefficients; the same, to the bit, for a take and its frames one by one.
-
-        Raises:
-            InputError: the first frame of all sees nothing.
+            Weights and coefficients; the same, to the bit, for a take and its frames one by one. A
+            frame that sees nothing holds the one before, or is at rest if there is none.
         """
         seen = ~np.isnan(moved[..., 0])
         gamma = np.zeros(len(moved)) if self.lips is None else self.lips.gamma(moved + self.face.rest)
@@ -96,10 +93,11 @@ class Decomposer:
         parts = []
         cuts = [0, *(np.flatnonzero((seen[1:] != seen[:-1]).any(axis=1)) + 1).tolist(), len(moved)]
         for begin, end in zip(cuts[:-1], cuts[1:], strict=True):
-            data, energy = self.project(moved[begin:end], seen[begin:end])
-            if before is None and not seen[begin].any():
-                raise InputError("the first frame sees no point, so there is nothing to begin with; cut it off.")
-            part = solve_layered(self.problem(seen[begin], smooth), data, energy, gamma[begin:end], before)
+            shown, known = moved[begin:end], seen[begin:end]
+            if before is None and not known[0].any():
+                shown, known = np.zeros_like(shown), np.ones_like(known)
+            data, energy = self.project(shown, known)
+            part = solve_layered(self.problem(known[0], smooth), data, energy, gamma[begin:end], before)
             before = part.last
             parts.append(part)
         return _joined(parts)

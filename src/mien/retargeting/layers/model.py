@@ -194,7 +194,11 @@ def shared(actor: LayeredFace, character: LayeredFace) -> tuple[LayeredFace, Lay
         if len(both) >= 2:
             kept[layer.name] = both
         else:
-            notes.append(Note("layer-dropped", f"the layer {layer.name!r} has fewer than two extremes on both sides.", layer.name))
+            notes.append(
+                Note(
+                    "layer-dropped", f"the layer {layer.name!r} has fewer than two extremes on both sides.", layer.name
+                )
+            )
     notes += [
         Note("layer-dropped", f"only {character.name} has the layer {layer.name!r}; it is left out.", layer.name)
         for layer in character.layers
@@ -238,7 +242,9 @@ def regions_of_groups(groups: Mapping[str, Ints], count: int, what: str = "point
     for region, (name, members) in enumerate(groups.items()):
         ids = np.unique(np.asarray(members, np.int64))
         if len(ids) and (ids[0] < 0 or ids[-1] >= count):
-            raise InputError(f"the mask {name!r} holds index {ids[-1] if ids[-1] >= count else ids[0]}, but there are {count} {what}.")
+            raise InputError(
+                f"the mask {name!r} holds index {ids[-1] if ids[-1] >= count else ids[0]}, but there are {count} {what}."
+            )
         covered[ids] += 1
         of[ids] = region
     for wrong, why in ((covered == 0, "in no mask"), (covered > 1, "in more than one mask")):

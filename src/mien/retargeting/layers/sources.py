@@ -59,7 +59,9 @@ def table_of(rig: Rig) -> Table:
     used = {shape for part in (emotions, visemes, blinks) for recipe in part.values() for shape in recipe}
     own = _joined([name for name in names if name not in used])
     lids = {e: r for e, r in own.items() if all((arkit_name(s) or s.lower()).lower().find("blink") >= 0 for s in r)}
-    spoken = {e: r for e, r in own.items() if e not in lids and all((arkit_name(s) or s).startswith(_SPEAKING) for s in r)}
+    spoken = {
+        e: r for e, r in own.items() if e not in lids and all((arkit_name(s) or s).startswith(_SPEAKING) for s in r)
+    }
     felt = {e: r for e, r in own.items() if e not in lids and e not in spoken}
     table: dict[str, dict[str, Recipe]] = {
         EMOTION: {NEUTRAL: {}, **({k: v for k, v in emotions.items() if k != NEUTRAL} or felt)},
@@ -118,7 +120,9 @@ def _masked(rig: Rig, layers: Sequence[Layer], masks: Sequence[str]) -> Labels:
         if name not in groups:
             raise InputError(unknown(f"vertex group of {rig.name}", name, groups))
     if masks:
-        return regions_of_groups({name: groups[name] for name in masks}, len(rig.neutral.vertices), f"vertices of {rig.name}")
+        return regions_of_groups(
+            {name: groups[name] for name in masks}, len(rig.neutral.vertices), f"vertices of {rig.name}"
+        )
     split = [name.rpartition(SPLIT) for name in rig.blendshapes.names if SPLIT in name]
     if not split:
         return natural_regions(layers)
@@ -164,7 +168,9 @@ def picked_layers(picks: Sequence[Pick], take: Floats, names: Sequence[str]) -> 
     offsets: dict[str, dict[str, Floats]] = {}
     for layer, extreme, frame in picks:
         if not 0 <= frame < len(take):
-            raise InputError(f"{layer}.{extreme} is picked at frame {frame}, but the take has frames 0 … {len(take) - 1}.")
+            raise InputError(
+                f"{layer}.{extreme} is picked at frame {frame}, but the take has frames 0 … {len(take) - 1}."
+            )
         gone = np.isnan(take[frame]).any(axis=1)
         if gone.any():
             missing = [name for name, g in zip(names, gone, strict=True) if g]
@@ -184,7 +190,9 @@ def split_notes(rig: Rig) -> tuple[Note, ...]:
     empty = rig.blendshapes.empty
     if not empty:
         return ()
-    return (Note("extremes-empty", f"{len(empty)} blendshapes move nothing and are no extremes: {', '.join(empty[:12])}."),)
+    return (
+        Note("extremes-empty", f"{len(empty)} blendshapes move nothing and are no extremes: {', '.join(empty[:12])}."),
+    )
 
 
 def _joined(names: Sequence[str]) -> dict[str, Recipe]:
@@ -197,7 +205,7 @@ def _joined(names: Sequence[str]) -> dict[str, Recipe]:
             sides.setdefault(key.stem, {})[key.side] = name
     for stem, halves in sides.items():
         if len(halves) == 2 and stem not in found:
-            found[stem] = {name: 1.0 for name in halves.values()}
+            found[stem] = dict.fromkeys(halves.values(), 1.0)
     return found
 
 

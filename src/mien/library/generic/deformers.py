@@ -8,8 +8,8 @@ import numpy as np
 
 from mien.core.anatomy import Cluster, Flexor
 from mien.core.arrays import Floats
-from mien.library.generic_frames import frame_at, outward_at
-from mien.library.generic_places import Field, Side, places, smooth
+from mien.library.generic.frames import frame_at, outward_at
+from mien.library.generic.places import Field, Side, places, smooth
 
 
 class Patch(NamedTuple):

@@ -16,9 +16,9 @@ from mien.core.anatomy import Muscle
 from mien.core.arrays import Floats
 from mien.geometry.muscles import fibre_length
 from mien.geometry.surface import unit
-from mien.library.generic_eyes import KNOTS, eye_muscles
-from mien.library.generic_frames import CENTIMETRE, frame_at, mirrored_muscle, on_skin, outward_at, ring_muscle
-from mien.library.generic_places import Field, Side, places, smooth
+from mien.library.generic.eye_muscles import KNOTS, eye_muscles
+from mien.library.generic.frames import CENTIMETRE, frame_at, mirrored_muscle, on_skin, outward_at, ring_muscle
+from mien.library.generic.places import Field, Side, places, smooth
 
 
 class Strand(NamedTuple):

@@ -7,8 +7,8 @@ import numpy as np
 from mien.core.anatomy import Muscle
 from mien.core.arrays import Floats
 from mien.geometry.muscles import across, fibre_length
-from mien.library.generic_frames import CENTIMETRE, frame_at, on_skin, ring_muscle
-from mien.library.generic_places import Field, smooth
+from mien.library.generic.frames import CENTIMETRE, frame_at, on_skin, ring_muscle
+from mien.library.generic.places import Field, smooth
 
 KNOTS = 13
 """Points of a fibre."""

@@ -7,8 +7,8 @@ import numpy as np
 from mien.core.anatomy import Muscle
 from mien.core.arrays import Floats
 from mien.geometry.surface import unit, vertex_normals
-from mien.library.generic_places import Field
-from mien.library.measures import front
+from mien.library.generic.measures import front
+from mien.library.generic.places import Field
 
 CENTIMETRE = 0.01
 

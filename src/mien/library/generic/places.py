@@ -14,10 +14,10 @@ from numpy.typing import ArrayLike
 
 from mien.core.arrays import Floats, Ints
 from mien.geometry.muscles import fibre_length, on_polyline
-from mien.library.generic_measures import GENERIC
-from mien.library.generic_skin import side_of_slit
-from mien.library.half import Head
-from mien.library.measures import Measures, front
+from mien.library.generic.measures import Measures, front
+from mien.library.generic.proportions import GENERIC
+from mien.library.generic.skin import side_of_slit
+from mien.library.modelling.half import Head
 
 Side = Literal["both", "upper", "lower"]
 """Which lip's skin follows: muscles of one lip must not drag the other across the slit."""

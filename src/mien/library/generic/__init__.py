@@ -6,11 +6,11 @@ from dataclasses import replace
 from functools import cache
 
 from mien.core import Rig
-from mien.library.generic_anatomy import generic_anatomy
-from mien.library.generic_measures import GENERIC
-from mien.library.generic_regions import generic_regions
-from mien.library.generic_skin import generic_skin
-from mien.library.head import build
+from mien.library.generic.anatomy import generic_anatomy
+from mien.library.generic.head import build
+from mien.library.generic.proportions import GENERIC
+from mien.library.generic.regions import generic_regions
+from mien.library.generic.skin import generic_skin
 
 
 @cache

@@ -6,8 +6,8 @@ import numpy as np
 
 from mien.core import Labels
 from mien.core.arrays import Flags, Floats
-from mien.library.half import Head
-from mien.library.measures import Measures
+from mien.library.generic.measures import Measures
+from mien.library.modelling.half import Head
 
 WHOLE = ("forehead", "nose", "upper_lip", "lower_lip", "chin", "jaw", "neck", "cranium", "mouth_interior")
 SIDED = ("brow", "upper_lid", "lower_lid", "cheek", "ear", "eye")

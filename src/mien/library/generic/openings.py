@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from mien.core.arrays import Floats, Ints
-from mien.library.half import Half
-from mien.library.measures import Ear, Measures, Nostril
-from mien.library.solids import first_hit
+from mien.library.generic.measures import Ear, Measures, Nostril
+from mien.library.modelling.half import Half
+from mien.library.modelling.solids import first_hit
 
 
 class Fold(NamedTuple):

@@ -7,8 +7,8 @@ from itertools import pairwise
 import numpy as np
 
 from mien.core.arrays import Floats, Ints
-from mien.library.half import Half
-from mien.library.measures import LID_RINGS, Eye, Measures, front
+from mien.library.generic.measures import LID_RINGS, Eye, Measures, front
+from mien.library.modelling.half import Half
 
 LID_THICKNESS = (0.1, 0.2, np.inf, np.inf, np.inf)
 """How far the rings around an eye may stand before the lid's edge, over the opening's half width."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mien.core.arrays import Floats
-from mien.library.solids import Point, Solids, first_hit
+from mien.library.modelling.solids import Point, Solids, first_hit
 
 LID_RINGS = (0.0, 0.07, 0.18, 0.36, 0.62)
 """Distance of the rings around an eye from the lid's edge, over the opening's half width."""

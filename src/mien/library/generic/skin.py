@@ -7,9 +7,9 @@ import numpy as np
 from mien.core import Mesh, Rig, Skeleton, Skin
 from mien.core.arrays import Floats, Ints
 from mien.core.rig import no_blendshapes
-from mien.library.generic_landmarks import generic_landmarks
-from mien.library.half import Head
-from mien.library.measures import Measures
+from mien.library.generic.landmarks import generic_landmarks
+from mien.library.generic.measures import Measures
+from mien.library.modelling.half import Head
 
 CENTIMETRE = 0.01
 

@@ -11,9 +11,9 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from mien.core.arrays import Flags, Floats, Ints
-from mien.library.half import Half
-from mien.library.measures import Measures, front
-from mien.library.solids import first_hit
+from mien.library.generic.measures import Measures, front
+from mien.library.modelling.half import Half
+from mien.library.modelling.solids import first_hit
 
 CANDIDATE_STEP = np.radians(1.6)
 ROUNDS = 4

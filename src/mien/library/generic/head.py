@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from mien.library.features import brow, eye_rings, eyeball, teeth, tongue
-from mien.library.half import Half, Head, mirrored
-from mien.library.measures import Measures
-from mien.library.mouth import mouth_rings
-from mien.library.openings import ear_rings, nostril_rings
-from mien.library.shell import shell
+from mien.library.generic.features import brow, eye_rings, eyeball, teeth, tongue
+from mien.library.generic.measures import Measures
+from mien.library.generic.mouth import mouth_rings
+from mien.library.generic.openings import ear_rings, nostril_rings
+from mien.library.generic.shell import shell
+from mien.library.modelling.half import Half, Head, mirrored
 
 
 def build(measures: Measures) -> Head:

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from mien.core.arrays import Ints
-from mien.library.half import Half
-from mien.library.measures import Measures, Mouth, front
+from mien.library.generic.measures import Measures, Mouth, front
+from mien.library.modelling.half import Half
 
 
 class Ring(NamedTuple):

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from mien.library.measures import Ear, Eye, Measures, Mouth, Nostril
-from mien.library.solids import Ball, Bar
+from mien.library.generic.measures import Ear, Eye, Measures, Mouth, Nostril
+from mien.library.modelling.solids import Ball, Bar
 
 GENERIC = Measures(
     solids=(

@@ -7,11 +7,11 @@ import numpy as np
 from mien.core.anatomy import Anatomy, Muscle
 from mien.core.arrays import Floats
 from mien.library.expressions import BASES, SCRIPTS, templates
-from mien.library.generic_deformers import clusters, flexors
-from mien.library.generic_muscles import muscles
-from mien.library.generic_places import Field
-from mien.library.half import Head
-from mien.library.measures import Measures
+from mien.library.generic.deformers import clusters, flexors
+from mien.library.generic.measures import Measures
+from mien.library.generic.muscles import muscles
+from mien.library.generic.places import Field
+from mien.library.modelling.half import Head
 
 
 def generic_anatomy(measures: Measures, head: Head) -> Anatomy:

@@ -6,8 +6,8 @@ import numpy as np
 
 from mien.core import InputError, SurfacePoints
 from mien.core.arrays import Flags, Floats, Ints
-from mien.library.half import Head
-from mien.library.measures import Measures, front
+from mien.library.generic.measures import Measures, front
+from mien.library.modelling.half import Head
 from mien.vocabularies.anthropometry import LANDMARKS
 
 EYE_THIRDS = (
