@@ -96,7 +96,8 @@ def exact(source: Rig, target: Rig) -> DenseFit:
     fit = laid(source, target)
     same = SurfacePoints.at_vertices(np.arange(len(source.neutral.vertices)))
     stuck = np.where(fit.source_skin[:, None], target.neutral.vertices, fit.warped)
-    return replace(fit, points=same, back=same, stuck=stuck, back_distance=np.zeros(len(stuck)))
+    nothing = np.zeros(len(stuck))
+    return replace(fit, points=same, back=same, stuck=stuck, paired=fit.source_skin, back_distance=nothing)
 
 
 def own_shapes(source: Rig, target: Rig) -> Rig:

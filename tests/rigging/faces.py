@@ -19,7 +19,7 @@ def exact_fit(source: Mesh, target: Mesh, skin: Flags | None = None) -> DenseFit
     same = SurfacePoints.at_vertices(np.arange(len(source.vertices)))
     warped = warp(source.vertices)
     stuck = np.where(flags[:, None], target.vertices, warped)
-    return DenseFit(source, target, flags, flags, warp, warped, same, stuck, same, np.zeros(len(stuck)), 0, 0)
+    return DenseFit(source, target, flags, flags, warp, warped, same, stuck, flags, same, np.zeros(len(stuck)), 0, 0)
 
 
 def sheet(across: Floats, along: Floats, bulge: float = 2.0) -> tuple[Floats, np.ndarray]:

@@ -23,8 +23,8 @@ from scipy.spatial.distance import cdist
 from mien.core import Mesh
 from mien.core.arrays import Floats, Ints
 from mien.core.units import human_centimetre
-from mien.rigging.blendshapes.maps import overall, stretch
 from mien.rigging.dense import DenseFit
+from mien.rigging.maps import overall, stretch
 from mien.rigging.touching import MEET_CM, Contacts, Touching
 
 REACH_CM = 1.2
@@ -66,6 +66,7 @@ class Meeting:
         difference: `(C, N)`; applied to positions it gives the gaps.
         goal: `(C, 3)` the gaps as they should be in the pose.
         across: `(C, 3, 3)` projections across the slit: along it points may slide.
+        apart: `(C, 3)` the target's gaps at rest, zero where the points touch at rest on the source.
     """
 
     name: str
@@ -74,10 +75,13 @@ class Meeting:
     difference: sparse.csr_matrix
     goal: Floats
     across: Floats
+    apart: Floats
 
     def missing(self, posed: Floats) -> Floats:
-        """Return what is missing `(C, 3)` in a pose `(N, 3)`."""
-        return np.asarray(np.einsum("cab,cb->ca", self.across, self.goal - self.difference @ posed))
+        """Return what is missing `(C, 3)` in a pose `(N, 3)`: nothing where one side has come to lie over the other."""
+        missing = np.einsum("cab,cb->ca", self.across, self.goal - self.difference @ posed)
+        missing[(missing * self.apart).sum(axis=1) > 0] = 0
+        return np.asarray(missing)
 
 
 def close(
@@ -99,6 +103,7 @@ def close(
     for name, rows in poses.items():
         displacement = deltas[list(rows)].sum(axis=0)
         contacts = touching.contacts(displacement)
+        contacts = contacts.take(fit.paired[contacts.vertices] & fit.paired[contacts.opposite.corners].all(axis=1))
         if len(contacts):
             meetings.append(_carried(name, rows, contacts, fit.source.vertices + displacement, fit))
     result = np.array(moved)
@@ -137,9 +142,11 @@ def _carried(name: str, rows: tuple[int, ...], contacts: Contacts, posed: Floats
     goal = enlarged * contacts.gaps @ turn.T
     # what touches at rest keeps the target's own gap there, and only its change is the source's
     resting = source[contacts.vertices] - contacts.opposite.of(source)
-    own = difference @ fit.target.vertices - enlarged * resting @ turn.T
-    goal += np.where(contacts.met[:, None], own, 0.0)
-    return Meeting(name, rows, rows[-1], difference, goal, _across(posed[contacts.vertices], turn))
+    apart = difference @ fit.target.vertices
+    goal += np.where(contacts.met[:, None], apart - enlarged * resting @ turn.T, 0.0)
+    apart[contacts.met] = 0
+    across = _across(posed[contacts.vertices], turn)
+    return Meeting(name, rows, rows[-1], difference, goal, across, apart)
 
 
 def _across(points: Floats, turn: Floats) -> Floats:

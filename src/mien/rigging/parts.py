@@ -20,8 +20,8 @@ from mien.core import Note
 from mien.core.arrays import Flags, Floats, Ints
 from mien.core.units import human_centimetre
 from mien.geometry.align import rigid, transform
-from mien.rigging.blendshapes.maps import overall, stretch
 from mien.rigging.dense import DenseFit
+from mien.rigging.maps import overall, stretch
 
 OVERLAP = 0.25
 """Two parts are counterparts if their boxes share this much of what they cover together …"""
@@ -181,14 +181,14 @@ def follow(part: Attachment, deltas: Floats, fit: DenseFit) -> Floats:
     """
     own, used = fit.target.vertices[part.vertices], np.unique(part.weights.indices)
     rest, there = fit.source.vertices[used], overall(fit).rotation
-    centre = _centre(fit.source.vertices[part.followed])
+    centre = centre_of(fit.source.vertices[part.followed])
     scale = float(stretch(fit, centre[None])[0])
     moved = rest + deltas[:, used]
     motion = rigid(rest, moved, np.ones(moved.shape[:2]))
     turn, shift = motion[:, :3, :3], motion[:, :3, :3] @ centre + motion[:, :3, 3] - centre
     left_over = moved - transform(motion, rest)
     bends = (left_over**2).sum(axis=(1, 2)) > BENDING**2 * (deltas[:, used] ** 2).sum(axis=(1, 2))
-    arm = own - _centre(own)
+    arm = own - centre_of(own)
     result = arm @ np.swapaxes(there @ turn @ there.T - np.eye(3), 1, 2) + (scale * shift @ there.T)[:, None]
     for k in np.flatnonzero(bends):
         result[k] = scale * (part.weights @ deltas[k]) @ there.T
@@ -226,7 +226,7 @@ def _nearest(points: Floats, queries: Floats, numbers: Ints, count: int) -> spar
     return sparse.csr_matrix((weights.ravel(), (rows, numbers[which.ravel()])), shape=(len(queries), count))
 
 
-def _centre(points: Floats) -> Floats:
+def centre_of(points: Floats) -> Floats:
     """Return the centre of the sphere that points lie on, or of their box if they lie on none."""
     box = Box.of(points)
     middle = (box.low + box.high) / 2

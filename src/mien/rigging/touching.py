@@ -51,6 +51,10 @@ class Contacts:
     def __len__(self) -> int:
         return len(self.vertices)
 
+    def take(self, rows: Flags) -> Contacts:
+        """Keep some of the contacts."""
+        return Contacts(self.vertices[rows], self.opposite.take(rows), self.gaps[rows], self.met[rows])
+
 
 class Touching:
     """Finds where a source's skin touches itself, at rest and in a pose.

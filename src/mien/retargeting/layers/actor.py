@@ -11,10 +11,10 @@ from mien.capture import Neutral, Stabiliser, fill_gaps, find_neutral, learn_sta
 from mien.core import InputError, Labels, Markers, Note
 from mien.core.arrays import Flags, Floats
 from mien.core.units import human_centimetre
-from mien.geometry.align import inverse_rigid, transform
 from mien.retargeting.layers.model import LayeredFace, natural_regions
 from mien.retargeting.layers.planar import PlanarStabiliser, planar_stabiliser
 from mien.retargeting.layers.sources import Pick, picked_layers
+from mien.retargeting.layers.still import hold_still
 
 STILL_CM = 0.05
 """A take in which no point ever leaves rest by this much shows no movement."""
@@ -51,21 +51,18 @@ class Actor:
         motion = None
         solid = ~self.planar
         if self.stabiliser is not None:
-            _, motion = self.stabiliser(still[:, solid])
-            if before is not None:
-                unknown = ~self._fixed(still[:, solid])
-                keep = np.logical_and.accumulate(unknown)
-                motion = np.where(keep[:, None, None], before, motion)
-            still[:, solid] = transform(inverse_rigid(motion), still[:, solid])
+            steady, motion = np.ascontiguousarray(still[:, solid]), np.empty((len(still), 4, 4))
+            held = np.empty_like(steady)
+            stability, softness = np.array(self.stabiliser.stability), float(self.stabiliser.softness)
+            hold_still(
+                self.rest[solid], stability, softness, steady, np.eye(4) if before is None else before, held, motion
+            )
+            still[:, solid] = held
         if self.planar_stabiliser is not None:
             still[:, self.planar, :2], _ = self.planar_stabiliser(still[:, self.planar, :2])
             seen = ~np.isnan(still[:, self.planar, 0])
             still[:, self.planar, 2] = np.where(seen, 0.0, np.nan)
         return (still - self.rest) / self.centimetre[:, None], motion
-
-    def _fixed(self, points: Floats) -> Flags:
-        assert self.stabiliser is not None
-        return np.asarray(((self.stabiliser.stability > 0) & ~np.isnan(points[..., 0])).sum(axis=1) >= 3)
 
 
 @dataclass(frozen=True, eq=False)

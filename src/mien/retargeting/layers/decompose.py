@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
@@ -92,7 +93,7 @@ class Decomposer:
         smooth = self.smooth * (fps / RATE) ** 2
         parts = []
         cuts = [0, *(np.flatnonzero((seen[1:] != seen[:-1]).any(axis=1)) + 1).tolist(), len(moved)]
-        for begin, end in zip(cuts[:-1], cuts[1:], strict=True):
+        for begin, end in pairwise(cuts):
             shown, known = moved[begin:end], seen[begin:end]
             if before is None and not known[0].any():
                 shown, known = np.zeros_like(shown), np.ones_like(known)
@@ -133,7 +134,7 @@ class Decomposer:
     def _products(self, chosen: Flags) -> Floats:
         _, borders, basis = self._sorted
         pick = np.repeat(chosen, 3)
-        parts = [basis[:, a:b][:, pick[a:b]] for a, b in zip(borders[:-1], borders[1:], strict=True)]
+        parts = [basis[:, a:b][:, pick[a:b]] for a, b in pairwise(borders)]
         return np.stack([part @ part.T for part in parts])
 
     @cached_property

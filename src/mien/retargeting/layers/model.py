@@ -189,7 +189,10 @@ def shared(actor: LayeredFace, character: LayeredFace) -> tuple[LayeredFace, Lay
         for face, own, others in ((actor, layer.extremes, known), (character, known, layer.extremes)):
             alone = [extreme for extreme in own if extreme not in others]
             if alone:
-                text = f"{len(alone)} extremes of the layer {layer.name!r} are left out because only {face.name} has them: {', '.join(alone)}."
+                listed = ", ".join(alone)
+                text = (
+                    f"{len(alone)} extremes of {layer.name!r} are left out because only {face.name} has them: {listed}."
+                )
                 notes.append(Note("extremes-unshared", text, face.name))
         if len(both) >= 2:
             kept[layer.name] = both

@@ -15,6 +15,7 @@ import numpy as np
 from mien.core import Blendshapes, InputError, Note, Rig, SurfacePoints
 from mien.core.arrays import Floats
 from mien.core.errors import unknown
+from mien.core.rig import no_blendshapes
 from mien.rigging.blendshapes import deformation_transfer, rbf
 from mien.rigging.blendshapes.dense import transfer as through_correspondence
 from mien.rigging.contact import Closing, close
@@ -70,6 +71,8 @@ def carried(
             f"the correspondence is of a face with {len(fit.source.vertices)} vertices, but the rig {rig.name!r} has "
             f"{len(rig.neutral.vertices)}; lay this rig's neutral on the target first."
         )
+    if not len(rig.blendshapes):
+        return no_blendshapes(len(fit.target.vertices)), ()
     deltas = rig.blendshapes.deltas
     skin = np.flatnonzero(fit.target_skin)
     moved = np.zeros((len(deltas), len(fit.target.vertices), 3))

@@ -25,8 +25,8 @@ from mien.core.arrays import Flags, Floats, Ints
 from mien.core.mesh import SurfacePoints
 from mien.rigging.blendshapes import dense
 from mien.rigging.blendshapes.gradients import deformation, frames, gradient, hat_gradients, upright
-from mien.rigging.blendshapes.maps import overall
 from mien.rigging.dense import DenseFit
+from mien.rigging.maps import overall
 
 STILL = 1e-3
 """Vertices that move less than this share of the largest displacement in every shape are held."""

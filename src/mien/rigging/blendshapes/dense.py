@@ -11,8 +11,8 @@ import numpy as np
 
 from mien.core.arrays import Floats
 from mien.core.mesh import SurfacePoints
-from mien.rigging.blendshapes.maps import overall, stretch
 from mien.rigging.dense import DenseFit
+from mien.rigging.maps import overall, stretch
 
 
 def transfer(deltas: Floats, fit: DenseFit, back: SurfacePoints) -> Floats:

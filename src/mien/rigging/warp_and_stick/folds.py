@@ -10,17 +10,17 @@ from dataclasses import replace
 
 import numpy as np
 from scipy import sparse
+from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import spsolve
 
+from mien.core import SurfacePoints
 from mien.core.arrays import Flags, Floats, Ints
 from mien.geometry.surface import triangle_normals
 from mien.rigging.warp_and_stick.sheet import Sheet
 from mien.rigging.warp_and_stick.stick import Anchors, Stuck, stick
 
-ROUNDS = 6
-"""Folds that survive this often have no room on the target (the inside of a mouth it does not have)."""
-RINGS = 2
-"""How far around a fold the skin is relaxed, in edges."""
+ROUNDS = 5
+"""The skin is relaxed this far around a fold, in edges, one more each time."""
 
 
 def folded(before: Floats, after: Floats, triangles: Ints) -> Flags:
@@ -44,28 +44,45 @@ def smooth_out(film: Sheet, order: Floats, ground: Sheet, stuck: Stuck, held: In
         The same, with no more folds than before.
     """
     graph = film.graph(shortest=1e-3 * float(np.median(film.ways.lengths)))
-    part = np.zeros(len(film.vertices), dtype=np.bool_)
-    part[film.triangles] = True
-    part[held] = False
-    best, rings = stuck, RINGS
-    fewest = folded(film.vertices, stuck.points.of(ground.vertices), film.triangles)
-    for _ in range(ROUNDS):
-        if not fewest.any():
+    laid = np.zeros(len(film.vertices), dtype=np.bool_)
+    laid[film.triangles] = True
+    movable = laid.copy()
+    movable[held] = False
+    for rings in range(1, ROUNDS + 1):
+        folds = folded(film.vertices, stuck.points.of(ground.vertices), film.triangles)
+        if not folds.any():
             break
-        free = _around(graph, film.triangles[fewest], rings) & part
-        positions = best.points.of(ground.vertices)
-        relaxed = replace(film, vertices=_relaxed(graph, positions, free))
-        kept = np.flatnonzero(~free & (part | np.isin(np.arange(len(part)), held)))
-        anchors = Anchors(kept, best.points.take(kept), np.ones(len(kept), dtype=np.bool_))
+        free = _around(graph, film.triangles[folds], rings) & movable
+        relaxed = replace(film, vertices=_relaxed(graph, stuck.points.of(ground.vertices), free))
+        kept = np.flatnonzero(laid & ~free)
+        anchors = Anchors(kept, stuck.points.take(kept), np.ones(len(kept), dtype=np.bool_))
         trial = stick(relaxed, order, ground, anchors, radius)
-        folds = folded(film.vertices, trial.points.of(ground.vertices), film.triangles)
-        if folds.sum() < fewest.sum():
-            laid = free | (part & best.adrift)
-            best = Stuck(trial.points, np.where(free, trial.aside, best.aside), laid & np.where(free, trial.adrift, best.adrift))
-            fewest = folds
-        else:
-            rings += 1
-    return best
+        after = folded(film.vertices, trial.points.of(ground.vertices), film.triangles)
+        stuck = _merged(stuck, trial, free & _improved(graph, free, film.triangles, folds, after))
+    return stuck
+
+
+def _improved(graph: sparse.csr_matrix, free: Flags, triangles: Ints, before: Flags, after: Flags) -> Flags:
+    """Return the vertices of those patches that have fewer folds than before `(N,)`."""
+    inside = np.flatnonzero(free)
+    count, part = connected_components(graph[inside][:, inside], directed=False)
+    patch_of = np.full(len(free), -1, dtype=np.int64)
+    patch_of[inside] = part
+    owner = patch_of[triangles].max(axis=1)  # a triangle's free corners are neighbours, so in one patch
+    touched = owner >= 0
+    gain = np.bincount(owner[touched], before[touched].astype(np.float64) - after[touched], minlength=count)
+    return np.asarray((gain > 0)[patch_of] & free)
+
+
+def _merged(old: Stuck, new: Stuck, taken: Flags) -> Stuck:
+    return Stuck(
+        SurfacePoints(
+            np.where(taken[:, None], new.points.corners, old.points.corners),
+            np.where(taken[:, None], new.points.weights, old.points.weights),
+        ),
+        np.where(taken, new.aside, old.aside),
+        np.where(taken, new.adrift, old.adrift),
+    )
 
 
 def _around(graph: sparse.csr_matrix, triangles: Ints, rings: int) -> Flags:

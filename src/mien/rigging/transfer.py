@@ -1,0 +1,179 @@
+"""A whole rig onto a bare face (Orvalho, Zacur, Susin, §4.7).
+
+The face's own mesh is not altered: it receives bones, skin weights, muscles, deformers,
+attributes, templates and blendshapes, each carried by the dense correspondence.  Eyes
+and teeth that it has follow as parts; those it lacks can be brought along.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from mien.core import Anatomy, InputError, Muscle, Note, Rig, Skeleton, Skin
+from mien.core.arrays import Floats
+from mien.core.errors import unknown
+from mien.core.units import human_centimetre
+from mien.geometry.templates import template_shapes
+from mien.rigging.attributes import carried_labels, carried_shares, carried_skin, carried_values
+from mien.rigging.blendshapes import carried
+from mien.rigging.brought import Brought, bring, face_with
+from mien.rigging.dense import DenseFit, lay
+from mien.rigging.joints import carried_joints
+from mien.rigging.landmarks import check_is_face, paired_landmarks
+from mien.rigging.parts import attachments
+from mien.rigging.structure import Structure
+
+METHODS: Mapping[str, str] = {
+    "warp-and-stick": "dense",
+    "rbf": "rbf",
+    "deformation-transfer": "deformation-transfer",
+}
+"""How blendshapes go along, by the method's name."""
+
+
+@dataclass(frozen=True, eq=False)
+class Transfer:
+    """A rig on another face, and how well it sits.
+
+    Attributes:
+        rig: the face, rigged.
+        fit: the correspondence it rests on.
+        brought: the parts that were added behind the face's own vertices.
+        figures: numbers of the report, lengths in millimetres on a human-sized face.
+        notes: what was repaired or left out.
+    """
+
+    rig: Rig
+    fit: DenseFit
+    brought: Brought
+    figures: Mapping[str, Any]
+    notes: tuple[Note, ...]
+
+
+def transfer_rig(
+    generic: Rig, face: Rig, *, method: str = "warp-and-stick", influences: int = 4, parts: str = "auto"
+) -> Transfer:
+    """Move a rig onto a face.
+
+    Args:
+        generic: the rig, with landmarks.
+        face: a mesh with some of the same landmarks, in either vocabulary.
+        method: a key of `METHODS`.  The baselines move shapes only, so the templates of
+            a generic rig are made into shapes first and play as these.
+        influences: the most joints a vertex follows.
+        parts: `auto` brings the eyes, teeth and tongue that the face lacks, `none` brings nothing.
+
+    Raises:
+        InputError: an unknown method, landmarks that do not fit, or a mesh that is no face.
+    """
+    if method not in METHODS:
+        raise InputError(unknown("rig transfer method", method, METHODS))
+    if parts not in ("auto", "none"):
+        raise InputError(unknown("way to treat missing parts", parts, ("auto", "none")))
+    began = time.perf_counter()
+    pairs = paired_landmarks(generic, face)
+    fit = lay(generic.neutral, pairs.source, face.neutral, pairs.target)
+    check_is_face(fit, face.name)
+    structure = Structure.of(fit)
+    attached = attachments(fit)
+    brought = bring(generic, fit, structure, attached) if parts == "auto" else Brought.nothing()
+    means = brought.means(fit, attached)
+    skeleton, skin = None, None
+    if generic.skeleton is not None and generic.skin is not None:
+        rest = carried_joints(generic, fit, structure, attached, brought)
+        skeleton = Skeleton(generic.skeleton.names, generic.skeleton.parents, rest)
+        skin = Skin(*carried_skin(generic.skin, means, influences), np.linalg.inv(rest))
+    anatomy = _anatomy(generic, structure, skeleton, means)
+    shaped = generic
+    if method != "warp-and-stick" and anatomy is not None and anatomy.templates:
+        shaped = replace(generic, blendshapes=template_shapes(generic))
+        anatomy = replace(anatomy, templates={}, bases={}, scripts={})
+    shapes, shape_notes = carried(shaped, fit, METHODS[method])
+    rigged = replace(
+        face,
+        neutral=face_with(face.neutral, generic.neutral, brought),
+        blendshapes=brought.shapes(shapes, shaped.blendshapes.deltas),
+        skeleton=skeleton,
+        skin=skin,
+        anatomy=anatomy,
+        landmarks=_landmarks(generic, face, fit),
+    )
+    figures = {**_figures(fit, pairs.names, structure), "seconds": round(time.perf_counter() - began, 3)}
+    notes = (*pairs.notes, *fit.notes, *shape_notes, *brought.notes)
+    return Transfer(rigged, fit, brought, figures, notes)
+
+
+def _anatomy(generic: Rig, structure: Structure, skeleton: Skeleton | None, means: Any) -> Anatomy | None:
+    if generic.anatomy is None:
+        return None
+    own = generic.anatomy
+    return replace(
+        own,
+        muscles=tuple(_muscle(muscle, generic, structure, skeleton, means) for muscle in own.muscles),
+        clusters=tuple(
+            replace(
+                c,
+                weights=carried_shares(c.weights, means),
+                frame=structure.frame(c.frame)[0],
+                scale=c.scale * structure.frame(c.frame)[1],
+            )
+            for c in own.clusters
+        ),
+        flexors=tuple(replace(f, weights=carried_shares(f.weights, means)) for f in own.flexors),
+        fields={name: carried_values(values, means) for name, values in own.fields.items()},
+        labels={name: carried_labels(labels, means) for name, labels in own.labels.items()},
+    )
+
+
+def _muscle(muscle: Muscle, generic: Rig, structure: Structure, skeleton: Skeleton | None, means: Any) -> Muscle:
+    frame, growth = structure.frame(muscle.frame)
+    return replace(
+        muscle,
+        fibre=structure.warp(muscle.fibre),
+        weights=carried_shares(muscle.weights, means),
+        frame=frame,
+        scale=muscle.scale * growth,
+        seam=None if muscle.seam is None else structure.warp(muscle.seam),
+        pivot=None if muscle.pivot is None else _pivot(muscle.pivot, generic, structure, skeleton),
+    )
+
+
+def _pivot(pivot: Floats, generic: Rig, structure: Structure, skeleton: Skeleton | None) -> Floats:
+    """Carry the centre of a ball: with the joint that sits there, if one does."""
+    if generic.skeleton is not None and skeleton is not None:
+        apart = np.linalg.norm(generic.skeleton.rest[:, :3, 3] - pivot, axis=1)
+        joint = int(np.argmin(apart))
+        if apart[joint] <= 1e-3 * structure.reach:
+            return np.asarray(skeleton.rest[joint, :3, 3])
+    return np.asarray(structure.warp(pivot[None])[0])
+
+
+def _landmarks(generic: Rig, face: Rig, fit: DenseFit) -> dict[str, Any]:
+    """Return the face's own landmarks, and every further one of the rig that has a place on the face."""
+    found = dict(face.landmarks)
+    for name, point in generic.landmarks.items():
+        vertex = int(point.corners[0, np.argmax(point.weights[0])])
+        if name not in found and fit.paired[vertex]:
+            found[name] = fit.points.take(np.array([vertex]))
+    return found
+
+
+def _figures(fit: DenseFit, names: tuple[tuple[str, str], ...], structure: Structure) -> dict[str, Any]:
+    millimetre = 0.1 * human_centimetre(fit.warp(fit.warp.centres))
+    moved = np.linalg.norm(fit.stuck - fit.warped, axis=1)[fit.paired] / millimetre
+    off = fit.back_distance[fit.target_skin] / millimetre
+    return {
+        "landmarks": len(names),
+        "stuck_rms_mm": round(float(np.sqrt((moved**2).mean())), 4),
+        "stuck_max_mm": round(float(moved.max()), 4),
+        "uncovered_rms_mm": round(float(np.sqrt((off**2).mean())), 4),
+        "folds_before": fit.folds_before,
+        "folds_after": fit.folds_after,
+        "structure_left_over_mm": round(structure.left_over / millimetre, 4),
+        "structure_centres": len(structure.warp.centres),
+    }
