@@ -7,7 +7,7 @@ import sys
 
 import typer
 
-from mien.cli import convert, demo, evaluate, fit, inspect, methods, pairs, render, retarget
+from mien.cli import convert, demo, evaluate, fit, inspect, methods, pairs, render, retarget, rig
 from mien.core.errors import MienError
 
 app = typer.Typer(
@@ -22,6 +22,7 @@ app = typer.Typer(
 for command in (
     retarget.retarget,
     fit.fit,
+    rig.rig,
     pairs.pairs,
     inspect.inspect,
     convert.convert,

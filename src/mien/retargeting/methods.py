@@ -89,6 +89,7 @@ def _bounds(text: str) -> tuple[float, float] | None:
 
 WRITTEN: dict[str, tuple[Callable[[str], Any], str]] = {
     "masks": (_names, "vertex groups, as in body,mouths,eyes"),
+    "lips": (_names, "two markers, as in Mouth_Up,Mouth_Down"),
     "planar": (_names, "names of markers, as in lip_1,lip_2"),
     "off": (_names, "names or patterns, as in viseme_*,tongueOut"),
     "exclusive": (_pairs, "pairs, as in jawLeft:jawRight,mouthLeft:mouthRight"),

@@ -34,6 +34,8 @@ TOLERANCE = 1e-10
 """KKT residual to reach, over the scale of the frame's gradient."""
 MOST_STARTS = 81
 """The first frame is solved from no more starts than this."""
+AS_GOOD = 1e-10
+"""Starts whose objectives differ by less than this share of the scale are as good; the first of them is kept."""
 MAX_ROUNDS = 500
 """Rounds of alternation and Newton steps after which a frame is given up; `converged` tells."""
 
@@ -199,8 +201,9 @@ def solve_layered(
     """Solve frames in order, each from the one before.
 
     The first frame, if none came before it, has no smoothness term and is solved from several
-    starts, see `first_starts`; the best solution is kept.  Passing each frame's `last` as the
-    next one's `before` gives the same numbers, to the bit, as all frames at once.
+    starts, see `first_starts`; the best solution is kept, the first of equals: a face at rest is
+    all of the first layer.  Passing each frame's `last` as the next one's `before` gives the same
+    numbers, to the bit, as all frames at once.
 
     Args:
         problem: what all frames share.
@@ -260,15 +263,14 @@ def solve_layered(
 def first_starts(problem: LayeredProblem, c: Floats) -> Floats:
     """Return `(S, m J + N)` starts for a frame with none before it.
 
-    Equal shares of everything; and each way of giving every region to one layer (only each layer
-    alone, where there are more than `MOST_STARTS` ways), every layer beginning with the extreme
-    that fits its regions best.
+    Each way of giving every region to one layer (only each layer alone, where there are more than
+    `MOST_STARTS` ways), the first layer first, every layer beginning with the extreme that fits
+    its regions best; and equal shares of everything.
     """
     regions, layers, starts = problem.regions, problem.layers, problem.starts
     misfit = problem.gram.diagonal(axis1=1, axis2=2) - 2 * c
-    equal = np.concatenate([np.full(regions * layers, 1 / layers), *(np.full(k, 1 / k) for k in problem.sizes)])
     ways = list(product(range(layers), repeat=regions)) if layers**regions <= MOST_STARTS else []
-    found = [equal]
+    found = []
     for way in ways or [(j,) * regions for j in range(layers)]:
         weights = np.eye(layers)[list(way)]
         alpha = np.zeros(sum(problem.sizes))
@@ -276,6 +278,7 @@ def first_starts(problem: LayeredProblem, c: Floats) -> Floats:
             own = weights[:, j] if weights[:, j].any() else np.ones(regions)
             alpha[a + int(np.argmin(own @ misfit[:, a:b]))] = 1.0
         found.append(np.concatenate([weights.ravel(), alpha]))
+    found.append(np.concatenate([np.full(regions * layers, 1 / layers), *(np.full(k, 1 / k) for k in problem.sizes)]))
     return np.stack(found)
 
 
@@ -326,7 +329,8 @@ def _best_start(
         descend_from(problem, start, c, energy, gamma, tol=tolerance / scale, max_rounds=max_rounds)
         for start in first_starts(problem, c)
     ]
-    z, value, left, rounds, _ = min(tries, key=lambda found: found[1])
+    best = min(value for _, value, *_ in tries)
+    z, value, left, rounds, _ = next(found for found in tries if found[1] <= best + AS_GOOD * scale)
     return z, value, left * scale, rounds
 
 

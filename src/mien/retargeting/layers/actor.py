@@ -124,7 +124,6 @@ def train(
         rest = np.array(neutral.points[seen])
     if np.isnan(rest).any():
         raise InputError("the neutral does not see every point; choose another frame for it.")
-    rest[flat, 2] = 0.0
     actor = make_actor(kept.names, rest, kept.points, rigid=rigid, planar=planar, head_moves=head_moves)
     take, _ = actor.displacements(kept.points)
     return Training(actor, take, frame, (*kept.notes, *notes))
@@ -145,6 +144,8 @@ def make_actor(
         InputError: only some 3-D points are too few, or one or two rigid markers are named.
     """
     flat = np.isin(names, planar)
+    rest = np.array(rest)
+    rest[flat, 2] = 0.0
     centimetre = np.empty(len(names))
     if (~flat).any():
         centimetre[~flat] = human_centimetre(rest[~flat])

@@ -48,7 +48,7 @@ class Layers:
         smooth: λ, resistance of weights and coefficients to change, at 30 frames a second and alike at any rate.
         sigma: σ, how near to closed the lips count as closed, in inter-ocular distances.
         closure: the most that closed lips draw the mouth to /m/, 0 to 1; 1 is as published.
-        upper_lip, lower_lip: markers at the centres of the lips; known ones are found if empty.
+        lips: the markers at the centres of the upper and the lower lip; known ones are found if empty.
         masks: vertex groups of the character that are its regions, in the order of the actor's
             (face, mouth, eyes); told from what moves them if empty.
         planar: markers that are 2-D points of an image.
@@ -63,16 +63,15 @@ class Layers:
     smooth: float = 0.001
     sigma: float = 0.02
     closure: float = 0.002
-    upper_lip: str = ""
-    lower_lip: str = ""
+    lips: Sequence[str] = ()
     masks: Sequence[str] = ()
     planar: Sequence[str] = ()
     bounds: tuple[float, float] | None = (0.0, 1.0)
 
     def __post_init__(self) -> None:
         in_range(self, smooth=(0, np.inf), sigma=(1e-6, np.inf), closure=(0, 1))
-        if bool(self.upper_lip) != bool(self.lower_lip):
-            raise InputError("give both upper_lip and lower_lip, or neither.")
+        if len(self.lips) not in (0, 2):
+            raise InputError(f"lips must be two markers, the upper and the lower lip, but are {', '.join(self.lips)}.")
 
     def fit(
         self,
@@ -137,12 +136,10 @@ class Layers:
 
     def _lips(self, face: LayeredFace, markers: tuple[str, ...]) -> tuple[Lips | None, tuple[Note, ...]]:
         """Say when the lips are closed, where markers and extremes tell."""
-        known = [(self.upper_lip, self.lower_lip)] if self.upper_lip else LIPS
+        known = [tuple(self.lips)] if self.lips else LIPS
         pair = next((p for p in known if set(p) <= set(markers)), None)
-        if self.upper_lip and pair is None:
-            raise InputError(
-                f"the lip markers {self.upper_lip!r} and {self.lower_lip!r} are not both among the actor's markers."
-            )
+        if self.lips and pair is None:
+            raise InputError(f"the lips {' and '.join(self.lips)} are not both among the actor's markers.")
         speech = next((j for j, layer in enumerate(face.layers) if layer.name == SPEECH), None)
         extremes = () if speech is None else face.layers[speech].extremes
         shut = next((e for e in CLOSED if e in extremes), None)

@@ -1,0 +1,186 @@
+"""The compiled inside of the source mapping (eq. 9 to 17): a few latent numbers searched per frame.
+
+For a fixed latent point the best observation is known in closed form, dimension by
+dimension, so only the latent point is searched, by BFGS with the exact gradient.  All
+functions stay in one file because numba's cache notices a change only in the file of the
+function called from outside.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from mien.core.arrays import Floats
+
+ITERATIONS = 100
+FLAT = 1e-5
+"""A frame is found when no entry of the gradient exceeds this share of the energy's size."""
+SMALLEST = 1e-9
+"""The predictive variance is at least the kernel's noise; rounding must not make it less than this."""
+
+
+@njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "nsz"})
+def respond(z: Floats, centres: Floats, height: float, steepness: float, k: Floats) -> None:
+    """Fill `k` with the kernel between a latent point `(q,)` and the centres `(n, q)`."""
+    for i in range(len(centres)):
+        distance = 0.0
+        for j in range(len(z)):
+            difference = z[j] - centres[i, j]
+            distance += difference * difference
+        k[i] = height * np.exp(-0.5 * steepness * distance)
+
+
+@njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "nsz"})
+def energy(
+    z: Floats,
+    centres: Floats,
+    kernel: Floats,
+    coefficients: Floats,
+    reduction: Floats,
+    wanted: Floats,
+    weight: Floats,
+    rest: Floats,
+    gradient: Floats,
+    work: Floats,
+) -> float:
+    """Return the energy of a latent point with the observation eliminated, and fill its gradient.
+
+    Args:
+        z: `(q,)`.
+        centres: `(n, q)`.
+        kernel: θ1, θ2, the noise variance, and the number of dimensions.
+        coefficients: `(n, r)`, so that the mean is `k @ coefficients`.
+        reduction: `(n, n)`, so that the variance is `θ1 + noise − k @ reduction @ k`.
+        wanted: `(r,)` where observation and previous frame pull the observation to.
+        weight: `(r,)` how strongly, as a precision.
+        rest: squared distance to `wanted` that no latent point can explain, and its weight.
+        gradient: `(q,)` out.
+        work: `(3, max(n, r))` scratch.
+    """
+    n, r, q = len(centres), len(wanted), len(z)
+    k, by, mean = work[0, :n], work[1, :n], work[2, :r]
+    respond(z, centres, kernel[0], kernel[1], k)
+    variance = kernel[0] + kernel[2]
+    mean[:] = 0.0
+    for i in range(n):
+        ki = k[i]
+        for d in range(r):
+            mean[d] += ki * coefficients[i, d]
+        total = 0.0
+        for j in range(n):
+            total += reduction[i, j] * k[j]
+        by[i] = total
+        variance -= total * ki
+    variance = max(variance, SMALLEST)
+    stiffness = rest[1] / (rest[1] * variance + 1)
+    value = 0.5 * stiffness * rest[0] + 0.5 * kernel[3] * np.log(variance)
+    by_variance = 0.5 * kernel[3] / variance - 0.5 * stiffness * stiffness * rest[0]
+    for d in range(r):
+        apart = wanted[d] - mean[d]
+        stiffness = weight[d] / (weight[d] * variance + 1)
+        value += 0.5 * stiffness * apart * apart
+        by_variance -= 0.5 * (stiffness * apart) ** 2
+        mean[d] = -stiffness * apart
+    gradient[:] = z
+    for i in range(n):
+        total = 0.0
+        for d in range(r):
+            total += coefficients[i, d] * mean[d]
+        pull = (total - 2 * by_variance * by[i]) * k[i] * kernel[1]
+        for j in range(q):
+            gradient[j] -= pull * (z[j] - centres[i, j])
+    for j in range(q):
+        value += 0.5 * z[j] * z[j]
+    return value
+
+
+@njit(cache=True, nogil=True)
+def descend(
+    z: Floats,
+    centres: Floats,
+    kernel: Floats,
+    coefficients: Floats,
+    reduction: Floats,
+    wanted: Floats,
+    weight: Floats,
+    rest: Floats,
+) -> tuple[float, float, int]:
+    """Move a latent point to a minimum of `energy` in place; return the energy, the largest gradient left, and the evaluations."""
+    q = len(z)
+    work = np.empty((3, max(len(centres), len(wanted))))
+    g, g_new, direction, trial = np.empty(q), np.empty(q), np.empty(q), np.empty(q)
+    inverse = np.eye(q)
+    value = energy(z, centres, kernel, coefficients, reduction, wanted, weight, rest, g, work)
+    evaluations, scaled = 1, False
+    for _ in range(ITERATIONS):
+        if np.abs(g).max() <= FLAT * max(1.0, abs(value)):
+            break
+        slope = 0.0
+        for i in range(q):
+            direction[i] = 0.0
+            for j in range(q):
+                direction[i] -= inverse[i, j] * g[j]
+            slope += direction[i] * g[i]
+        if slope >= 0:
+            inverse, scaled = np.eye(q), False
+            direction[:] = -g
+            slope = -(g * g).sum()
+        step = 1.0 if scaled else min(1.0, 0.1 / np.sqrt(-slope))
+        accepted = False
+        for _ in range(30):
+            trial[:] = z + step * direction
+            new = energy(trial, centres, kernel, coefficients, reduction, wanted, weight, rest, g_new, work)
+            evaluations += 1
+            if new <= value + 1e-4 * step * slope:
+                accepted = True
+                break
+            step *= min(0.5, max(0.1, -0.5 * slope * step / (new - value - slope * step)))
+        if not accepted:
+            if not scaled:
+                break
+            inverse, scaled = np.eye(q), False
+            continue
+        scaled = learn(inverse, trial - z, g_new - g, scaled)
+        z[:], g[:], value = trial, g_new, new
+    return value, np.abs(g).max(), evaluations
+
+
+@njit(cache=True, nogil=True)
+def learn(inverse: Floats, moved: Floats, change: Floats, scaled: bool) -> bool:
+    """Update an inverse Hessian (BFGS) in place; return whether it now has a scale."""
+    curvature = (moved * change).sum()
+    if curvature <= 1e-12 * np.sqrt((moved * moved).sum() * (change * change).sum()):
+        return scaled
+    q = len(moved)
+    if not scaled:
+        inverse[:] = np.eye(q) * (curvature / (change * change).sum())
+    along = np.zeros(q)
+    for i in range(q):
+        for j in range(q):
+            along[i] += inverse[i, j] * change[j]
+    stretch = 1 + (change * along).sum() / curvature
+    for i in range(q):
+        for j in range(q):
+            inverse[i, j] += (stretch * moved[i] * moved[j] - along[i] * moved[j] - moved[i] * along[j]) / curvature
+    return True
+
+
+@njit(cache=True, nogil=True)
+def lower_start(
+    first: Floats,
+    second: Floats,
+    centres: Floats,
+    kernel: Floats,
+    coefficients: Floats,
+    reduction: Floats,
+    wanted: Floats,
+    weight: Floats,
+    rest: Floats,
+) -> Floats:
+    """Return a copy of whichever of two latent points has the lower energy."""
+    work = np.empty((3, max(len(centres), len(wanted))))
+    g = np.empty(len(first))
+    one = energy(first, centres, kernel, coefficients, reduction, wanted, weight, rest, g, work)
+    two = energy(second, centres, kernel, coefficients, reduction, wanted, weight, rest, g, work)
+    return first.copy() if one <= two else second.copy()
