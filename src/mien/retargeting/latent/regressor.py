@@ -14,6 +14,7 @@ from scipy.linalg import cho_factor, cho_solve
 from mien.core.arrays import Floats, Ints
 from mien.retargeting.latent.dense import blocks, inverse_of
 from mien.retargeting.latent.kernel import Kernel
+from mien.retargeting.latent.search import SMALLEST
 from mien.retargeting.latent.sparse import JITTER
 
 
@@ -78,4 +79,4 @@ class Regressor:
         k = self.kernel(z, self.centres)
         reduced = np.stack([((k @ reduction) * k).sum(axis=1) for reduction in self.reductions])
         found = self.kernel.height + self.kernel.noise - reduced
-        return np.asarray(np.maximum(found, min(self.kernel.noise, 1e-9))[self.kind].T)
+        return np.asarray(np.maximum(found, SMALLEST)[self.kind].T)

@@ -79,10 +79,16 @@ def carried(
     moved[:, skin] = METHODS[method].transfer(deltas, fit, fit.back.take(skin))
     notes = [Note("empty-blendshape", "the shape moves nothing on the source", name) for name in rig.blendshapes.empty]
     if contact:
-        moved, closings = close(deltas, moved, poses(rig.blendshapes.names), fit)
-        notes += [_closed(closing) for closing in closings]
+        moved, remarks = closed(rig.blendshapes, moved, fit)
+        notes += remarks
     moved, attached = move_parts(deltas, moved, fit)
     return Blendshapes(rig.blendshapes.names, moved), (*notes, *attached)
+
+
+def closed(source: Blendshapes, moved: Floats, fit: DenseFit) -> tuple[Floats, tuple[Note, ...]]:
+    """Make lids and lips meet in a target's displacements `(K, Nt, 3)` where they do in the source's shapes."""
+    met, closings = close(source.deltas, moved, poses(source.names), fit)
+    return met, tuple(_closed(closing) for closing in closings)
 
 
 def poses(names: tuple[str, ...]) -> dict[str, tuple[int, ...]]:
