@@ -12,7 +12,7 @@ Beyond a bump's reach nothing changes at all.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import sparse
@@ -31,6 +31,8 @@ REACH_CM = 1.2
 """A bump ends this far from its point in space, on a human face …"""
 ALONG_CM = (0.8, 1.6)
 """… and fades over these distances along the skin."""
+FAR_CM = 0.4
+"""Points that are farther than this from touching are no pair on this face: they stay as they are, and are counted."""
 ENOUGH = 0.1
 """Poses in which nothing is off by more than this share of what counts as touching are left as they are."""
 SOFT = 1e-3
@@ -46,11 +48,13 @@ class Closing:
     Attributes:
         name: of the pose.
         contacts: how many pairs of points touch.
+        strays: how many more were too far from each other to be made to.
         before, after: how far the pairs were, and are, from touching as on the source.
     """
 
     name: str
     contacts: int
+    strays: int
     before: float
     after: float
 
@@ -83,6 +87,16 @@ class Meeting:
         missing[(missing * self.apart).sum(axis=1) > 0] = 0
         return np.asarray(missing)
 
+    def take(self, rows: Ints) -> Meeting:
+        """Keep some of the pairs."""
+        return replace(
+            self,
+            difference=self.difference[rows],
+            goal=self.goal[rows],
+            across=self.across[rows],
+            apart=self.apart[rows],
+        )
+
 
 def close(
     deltas: Floats, moved: Floats, poses: Mapping[str, tuple[int, ...]], fit: DenseFit
@@ -110,18 +124,20 @@ def close(
     if not meetings:
         return result, ()
     bumps = Bumps(fit, meetings)
-    enough = ENOUGH * MEET_CM * human_centimetre(fit.warp(fit.warp.centres))
+    centimetre = human_centimetre(fit.warp(fit.warp.centres))
     account = []
     for meeting in meetings:
         posed = fit.target.vertices + result[list(meeting.shapes)].sum(axis=0)
-        missing = meeting.missing(posed)
-        before = float(np.linalg.norm(missing, axis=1).max())
-        if before <= enough:
+        near = np.linalg.norm(meeting.missing(posed), axis=1) <= FAR_CM * centimetre
+        pairs = meeting.take(np.flatnonzero(near))
+        missing = pairs.missing(posed)
+        before = float(np.linalg.norm(missing, axis=1).max(initial=0.0))
+        if before <= ENOUGH * MEET_CM * centimetre:
             continue
-        change = bumps.change(meeting, missing)
+        change = bumps.change(pairs, missing)
         result[meeting.changed] += change
-        after = float(np.linalg.norm(meeting.missing(posed + change), axis=1).max())
-        account.append(Closing(meeting.name, len(missing), before, after))
+        after = float(np.linalg.norm(pairs.missing(posed + change), axis=1).max())
+        account.append(Closing(meeting.name, len(missing), int((~near).sum()), before, after))
     return result, tuple(account)
 
 

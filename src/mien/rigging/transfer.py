@@ -101,7 +101,7 @@ def transfer_rig(
         skeleton=skeleton,
         skin=skin,
         anatomy=anatomy,
-        landmarks=_landmarks(generic, face, fit),
+        landmarks=_landmarks(generic, face, fit, {mine for mine, _ in pairs.names}),
     )
     figures = {**_figures(fit, pairs.names, structure), "seconds": round(time.perf_counter() - began, 3)}
     notes = (*pairs.notes, *fit.notes, *shape_notes, *brought.notes)
@@ -153,12 +153,12 @@ def _pivot(pivot: Floats, generic: Rig, structure: Structure, skeleton: Skeleton
     return np.asarray(structure.warp(pivot[None])[0])
 
 
-def _landmarks(generic: Rig, face: Rig, fit: DenseFit) -> dict[str, Any]:
+def _landmarks(generic: Rig, face: Rig, fit: DenseFit, shared: set[str]) -> dict[str, Any]:
     """Return the face's own landmarks, and every further one of the rig that has a place on the face."""
     found = dict(face.landmarks)
     for name, point in generic.landmarks.items():
         vertex = int(point.corners[0, np.argmax(point.weights[0])])
-        if name not in found and fit.paired[vertex]:
+        if name not in shared and name not in found and fit.paired[vertex]:
             found[name] = fit.points.take(np.array([vertex]))
     return found
 

@@ -109,5 +109,5 @@ def _closed(closing: Closing) -> Note:
     text = (
         f"{closing.contacts} points that touch on the source were off by up to {1e3 * closing.before:.2f} mm, "
         f"now by {1e3 * closing.after:.2f} mm"
-    )
+    ) + (f"; {closing.strays} more were too far apart and stay so" if closing.strays else "")
     return Note("contact-kept", text, closing.name)
