@@ -10,7 +10,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from mien.core import Rig
-from mien.library.heads import COLOURS, HEADS, painted
+from mien.library.heads import HEADS
 from mien.library.heads.clay import rotation
 from mien.library.heads.unfold import Core
 from mien.vocabularies.anthropometry import LANDMARKS
@@ -186,9 +186,10 @@ def test_each_head_is_bare(head: Rig) -> None:
 
 
 def test_every_part_has_a_colour(head: Rig) -> None:
-    colours = painted(head, COLOURS[head.name])
-    assert not (colours == 0.5).all(axis=1).any()
-    assert np.array_equal(colours[head.neutral.groups["pupil_left"][0]], COLOURS[head.name]["pupil"])
+    coloured = np.unique(np.concatenate([head.neutral.groups[group] for group in head.colours]))
+    assert len(coloured) == len(head.neutral.vertices)
+    last = [name for name in head.colours if head.neutral.groups["pupil_left"][0] in head.neutral.groups[name]][-1]
+    assert last == "pupil_left"
 
 
 def test_building_takes_less_than_a_second_and_repeats_itself(head: Rig) -> None:

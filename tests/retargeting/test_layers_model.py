@@ -21,7 +21,7 @@ from mien.retargeting.layers import (
     split_rig,
     table_of,
 )
-from mien.retargeting.layers.model import natural_regions
+from mien.retargeting.layers.model import natural_regions, told_apart
 from mien.retargeting.layers.sources import picks_of
 from mien.vocabularies.expressions import BLINKS, LAYER_EMOTIONS, VISEMES
 from tests.retargeting.actors import face
@@ -187,7 +187,7 @@ def test_bad_faces_are_refused_in_words() -> None:
     for call, why in (
         (lambda: Layer("emotion", ("a",), offsets[:1]), "at least two"),
         (lambda: Layer("emotion", (), offsets[:0]), "at least two"),
-        (lambda: Layer("emotion", ("a", "b", "c"), offsets[[0, 1, 0]]), "'a' and 'c'"),
+        (lambda: told_apart(Layer("emotion", ("a", "b", "c"), offsets[[0, 1, 0]])), "'a' and 'c'"),
         (lambda: Layer("emotion", ("a", "b", "c"), np.full_like(offsets, np.nan)), "NaN"),
         (lambda: LayeredFace(rest, (), regions), "no layers"),
         (lambda: LayeredFace(rest[:5], (layer,), regions), "5 points"),

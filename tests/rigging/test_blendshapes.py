@@ -87,6 +87,22 @@ def test_a_rigid_motion_of_the_source_is_one_of_the_target_by_deformation_transf
     assert np.allclose(turned.T @ turned, np.eye(3), atol=1e-8)
 
 
+@methods
+def test_a_texture_seam_does_not_become_a_crack(method: str) -> None:
+    rig = grid_rig(9)
+    target = other_face(rig.neutral.vertices)
+    doubled = np.flatnonzero(np.isclose(rig.neutral.vertices[:, 0], 0))
+    second = np.arange(len(target))
+    second[doubled] = len(target) + np.arange(len(doubled))
+    right = rig.neutral.vertices[rig.neutral.triangles].mean(axis=1)[:, 0] > 0
+    triangles = np.where(right[:, None], second[rig.neutral.triangles], rig.neutral.triangles)
+    split = [Mesh(np.vstack([v, v[doubled]]), triangles) for v in (rig.neutral.vertices, target)]
+    deltas = np.concatenate([rig.blendshapes.deltas, rig.blendshapes.deltas[:, doubled]], axis=1)
+    source = replace(rig, neutral=split[0], blendshapes=replace(rig.blendshapes, deltas=deltas))
+    shapes, _ = carried(source, exact_fit(*split), method)
+    assert (shapes.deltas[:, doubled] == shapes.deltas[:, second[doubled]]).all()
+
+
 def test_empty_shapes_stay_empty_and_are_noted() -> None:
     rig = grid_rig(6)
     rig = rig_of(rig.neutral, smile=rig.blendshapes.deltas[0], nothing=np.zeros_like(rig.blendshapes.deltas[0]))

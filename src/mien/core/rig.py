@@ -14,6 +14,9 @@ from mien.core.arrays import Floats, Ints, distinct, floats, indices
 from mien.core.errors import InputError, Note, unknown
 from mien.core.mesh import Mesh, SurfacePoints
 
+Colour = tuple[float, float, float]
+"""Linear red, green and blue between 0 and 1."""
+
 
 @dataclass(frozen=True, eq=False)
 class Blendshapes:
@@ -114,9 +117,11 @@ class Rig:
         blendshapes: the shapes; may be none.
         skeleton, skin: given together, or neither.
         anatomy: muscles, deformers, attributes and templates, if it has them.
+        landmarks: named points on the neutral.
         name: how reports call it.
         source: the file it was read from, which writers use to keep what mien does not understand.
         notes: what was repaired on reading.
+        colours: linear red, green and blue of vertex groups, later ones over earlier; what has none is not said.
     """
 
     neutral: Mesh
@@ -128,6 +133,7 @@ class Rig:
     name: str = "character"
     source: Path | None = None
     notes: tuple[Note, ...] = ()
+    colours: Mapping[str, Colour] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         n = len(self.neutral.vertices)
@@ -142,6 +148,12 @@ class Rig:
         for part in () if self.anatomy is None else self.anatomy.parts:
             if len(part.weights) != n:
                 raise InputError(f"{part.name!r} of {self.name!r} covers {len(part.weights)} of {n} vertices.")
+        for group, colour in self.colours.items():
+            if group not in self.neutral.groups:
+                raise InputError(unknown("vertex group", group, self.neutral.groups))
+            shade = floats(colour, (3,), f"the colour of {group!r}")
+            if shade.min() < 0 or shade.max() > 1:
+                raise InputError(f"the colour of {group!r} must lie between 0 and 1, but is {shade.tolist()}.")
 
     def pose(self, weights: Floats, joints: Floats | None = None) -> Floats:
         """Return the vertices of one or many poses (Ribera et al. 2017, eq. 1).
@@ -182,6 +194,7 @@ class Rig:
             skin=skin,
             anatomy=None,
             landmarks={},
+            colours={},
         )
 
 

@@ -9,9 +9,12 @@ from scipy import sparse
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
-from mien.core.arrays import Floats, Ints
+from mien.core.arrays import Flags, Floats, Ints
 from mien.core.errors import InputError
 from mien.core.mesh import Mesh, SurfacePoints
+
+GRAZING = 0.2
+"""Nobody looks at a surface more aslant than this, the cosine to its normal, to tell whether it is hidden."""
 
 
 def triangle_normals(vertices: Floats, triangles: Ints) -> Floats:
@@ -105,6 +108,27 @@ def _seam_twins(mesh: Mesh) -> tuple[Ints, Ints]:
     normals = vertex_normals(mesh.vertices, mesh.triangles)
     agree = (normals[pairs[:, 0]] * normals[pairs[:, 1]]).sum(axis=1) > 0.5
     return pairs[agree, 0], pairs[agree, 1]
+
+
+def exposed(mesh: Mesh, points: Floats, normals: Floats) -> Flags:
+    """Tell which points of a surface can be seen from outside, `(M,)`: not so the inside of a closed mouth.
+
+    Args:
+        mesh: what may hide them.
+        points, normals: `(M, 3)` on the surface.
+    """
+    scene = igl.embree.EmbreeIntersector()
+    scene.init(np.asfortranarray(mesh.vertices, np.float32), np.asfortranarray(mesh.triangles, np.int32), True)
+    around = unit(np.array([axis for axis in np.ndindex(3, 3, 3) if axis != (1, 1, 1)], np.float64) - 1)
+    lift = 1e-4 * float(np.ptp(mesh.vertices, axis=0).max())
+    origins, rays = (points + lift * normals).astype(np.float32), around.astype(np.float32)
+    facing = normals @ around.T
+    order = np.argsort(-facing, axis=1, kind="stable")
+    found = np.zeros(len(points), np.bool_)
+    for i, origin in enumerate(origins):
+        ahead = order[i, : int((facing[i] > GRAZING).sum())]
+        found[i] = any(scene.intersectRay_first(origin, rays[j])[0] < 0 for j in ahead)
+    return found
 
 
 def visible_from(mesh: Mesh, points: Floats, normals: Floats, directions: Floats) -> Floats:

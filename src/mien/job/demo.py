@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from pathlib import Path
 
 from mien.core import Rig
@@ -11,7 +10,6 @@ from mien.io import gltf, trc
 from mien.io.files import written_whole
 from mien.job.retarget import Request
 from mien.library import actor, character, performance
-from mien.look.parts import named_parts, part_colour
 
 
 def prepare(folder: Path) -> Request:
@@ -26,16 +24,9 @@ def prepare(folder: Path) -> Request:
     take, hero = folder / "capture.trc", folder / "character.glb"
     rig = character()
     trc.write_markers(take, performance(actor())[1])
-    write_character(hero, rig)
+    gltf.write_rig(hero, rig)
     write_landmarks(hero.with_suffix(".landmarks.json"), rig)
     return Request(take, hero, training=take)
-
-
-def write_character(path: Path, rig: Rig) -> None:
-    """Write a rig as glTF with eyes, teeth and lips in their colours."""
-    parts = {part: ids for part, ids in named_parts(rig.neutral).items() if part != "skin"}
-    painted = replace(rig, neutral=replace(rig.neutral, groups=parts))
-    gltf.write_rig(path, painted, colours={part: part_colour(part) for part in parts})
 
 
 def write_landmarks(path: Path, rig: Rig) -> None:

@@ -12,7 +12,7 @@ from mien.core.errors import unknown
 from mien.io.formats import format_of, read_clip, read_rig
 from mien.look.camera import TURNS, View
 from mien.look.movie import render_clip
-from mien.look.portrait import Portrait
+from mien.look.portrait import Portrait, frame_clip
 from mien.look.sheet import Labelled, Row, contact_sheet, save_png, sheet
 
 PICTURES = (".png", ".mp4")
@@ -60,10 +60,13 @@ def picture(
 def shape_sheet(rig: Rig, view: View, size: int, count: int) -> np.ndarray:
     """Picture a still face at rest and in its strongest shapes."""
     reach = np.linalg.norm(rig.blendshapes.deltas, axis=2).max(axis=1) if len(rig.blendshapes) else np.zeros(0)
-    sitter = Portrait.of(rig, view, size=(size, size))
+    strongest = np.argsort(-reach, kind="stable")[: max(0, count - 1)]
+    poses = np.eye(len(reach))[strongest]
+    camera = frame_clip(rig, Clip(rig.blendshapes.names, poses, 1.0), view)
+    sitter = Portrait.of(rig, view, size=(size, size), camera=camera)
     cells = [Labelled(sitter.picture(), "neutral")]
-    for k in np.argsort(-reach, kind="stable")[: max(0, count - 1)]:
-        cells.append(Labelled(sitter.picture(np.eye(len(reach))[k]), rig.blendshapes.names[k]))
+    for k, pose in zip(strongest, poses, strict=True):
+        cells.append(Labelled(sitter.picture(pose), rig.blendshapes.names[k]))
     return sheet([Row("", tuple(cells[i : i + 4])) for i in range(0, len(cells), 4)], rig.name)
 
 

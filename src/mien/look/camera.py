@@ -2,18 +2,20 @@
 
 A performance is judged on the eyes and the lips, so the face has to fill the
 picture.  For a rig that means looking where its blendshapes move things, which is
-the face even when the mesh is a whole body.
+the face even when the mesh is a whole body, and at the crown, ears and horns around it.
+Nothing of that may leave the picture in any pose shown.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
 from mien.core import InputError, Rig
-from mien.core.arrays import Floats, floats
+from mien.core.arrays import Floats, Ints, floats
 
 View = Literal["front", "three-quarter", "side"]
 
@@ -25,6 +27,9 @@ PORTRAIT_ANGLE = np.radians(20.0)
 
 STILL = 0.5
 """A vertex belongs to the face if some shape moves it by at least this share of its largest movement."""
+
+AROUND = 1.5
+"""What rises above the chin belongs to the head if it is no farther from the face's middle than this [its size]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +96,7 @@ def frame_face(
     """Place a camera so that the face fills the picture.
 
     Args:
-        face: a rig, framed where its blendshapes move things; or points `(…, 3)`, all framed [m].
+        face: a rig, framed at rest and in each of its shapes; or points `(…, 3)`, all framed [m].
         view: from where; `+Z` points out of the face and `+Y` up.
         aspect: width over height of the picture.
         margin: share of the picture left free on each side.
@@ -100,33 +105,68 @@ def frame_face(
     Raises:
         InputError: the view is unknown, or there is nothing to frame.
     """
+    points = face_points(face) if isinstance(face, Rig) else face
+    return frame_all([points], view, aspect=aspect, margin=margin, angle=angle)
+
+
+def frame_all(
+    clouds: Iterable[Floats],
+    view: View = "front",
+    *,
+    aspect: float = 1.0,
+    margin: float = 0.08,
+    angle: float = PORTRAIT_ANGLE,
+) -> Camera:
+    """Place a camera as near as it can be with every point of every cloud in the picture; `frame_face` says the rest.
+
+    Args:
+        clouds: points `(…, 3)`, of which only those are kept that decide: so there may be any number [m].
+        view: from where.
+        aspect: width over height of the picture.
+        margin: share of the picture left free on each side.
+        angle: vertical angle of view [rad].
+    """
     if view not in TURNS:
         raise InputError(f"unknown view {view!r}. Known: {', '.join(TURNS)}.")
-    points = (
-        face_points(face) if isinstance(face, Rig) else floats(np.reshape(face, (-1, 3)), (None, 3), "points to frame")
-    )
-    if not len(points):
-        raise InputError("there are no points to frame.")
     axes = _axes(np.array([np.sin(TURNS[view]), 0.0, np.cos(TURNS[view])]))
-    turned = points @ axes.T
+    high = np.tan(angle / 2) * (1 - 2 * margin)
+    wide = high * aspect
+    deciding = np.array([[1 / wide, 0, 1], [-1 / wide, 0, 1], [0, 1 / high, 1], [0, -1 / high, 1]])
+    deciding = np.concatenate([np.eye(3), -np.eye(3), deciding]) @ axes
+    kept = [np.empty((0, 3))]
+    for cloud in clouds:
+        points = floats(np.reshape(cloud, (-1, 3)), (None, 3), "points to frame")
+        if len(points):
+            kept.append(points[(points @ deciding.T).argmax(axis=0)])
+    turned = np.concatenate(kept) @ axes.T
+    if not len(turned):
+        raise InputError("there are no points to frame.")
     centre = (turned.min(axis=0) + turned.max(axis=0)) / 2
     x, y, z = (turned - centre).T
-    slope = np.tan(angle / 2) * (1 - 2 * margin)
-    distance = max(float((np.abs(x) / (slope * aspect) + z).max()), float((np.abs(y) / slope + z).max()))
-    distance = max(distance, 1e-9)
+    distance = max(float((np.abs(x) / wide + z).max()), float((np.abs(y) / high + z).max()), 1e-9)
     return Camera((centre + distance * np.array([0.0, 0.0, 1.0])) @ axes, centre @ axes, angle)
 
 
 def face_points(rig: Rig) -> Floats:
-    """Return the points `(…, 3)` the face reaches: where it is moved, at rest and at each shape's full strength."""
-    vertices, deltas = rig.neutral.vertices, rig.blendshapes.deltas
-    length = np.linalg.norm(deltas, axis=2)
+    """Return the points `(…, 3)` the face reaches: at rest and at each shape's full strength."""
+    face = face_vertices(rig)
+    vertices, deltas = rig.neutral.vertices[face], rig.blendshapes.deltas[:, face]
+    if not len(deltas):
+        return vertices
+    return np.concatenate([vertices, vertices + deltas.min(axis=0), vertices + deltas.max(axis=0)])
+
+
+def face_vertices(rig: Rig) -> Ints:
+    """Return the vertices to be kept in a picture: what the shapes move, and what of the head rises around it."""
+    vertices = rig.neutral.vertices
+    length = np.linalg.norm(rig.blendshapes.deltas, axis=2)
     length = length[length.any(axis=1)]
     if not len(length):
-        return vertices
+        return np.arange(len(vertices))
     moved = (length > STILL * length.max(axis=1, keepdims=True)).any(axis=0)
-    reach = vertices[moved] + deltas[:, moved]
-    return np.concatenate([vertices[moved], reach.min(axis=0), reach.max(axis=0)])
+    low, high = vertices[moved].min(axis=0), vertices[moved].max(axis=0)
+    near = np.abs(vertices - (low + high) / 2).max(axis=1) <= AROUND * (high - low).max()
+    return np.flatnonzero(moved | (near & (vertices[:, 1] >= low[1])))
 
 
 def _axes(back: Floats) -> Floats:

@@ -73,9 +73,10 @@ def render_clip(
         raise InputError("the clip has no frames to film.")
     weights = weights_for(rig, clip)
     rate = min(clip.fps, FASTEST) if fps is None else checked_fps(fps)
-    eye = camera or frame_clip(rig, clip, view, aspect=size[0] / size[1])
+    frames = sampled(len(clip), clip.fps, rate)
+    eye = camera or frame_clip(rig, clip, view, aspect=size[0] / size[1], frames=frames)
     sitter = Portrait.of(rig, view, size=size, camera=eye)
-    write_movie(path, _pictures(sitter, clip, weights, sampled(len(clip), clip.fps, rate), progress), rate)
+    write_movie(path, _pictures(sitter, clip, weights, frames, progress), rate)
 
 
 def sampled(count: int, fps: float, wanted: float) -> Ints:

@@ -1,9 +1,12 @@
-"""Which part of a face each vertex is, told by names where they say it and by shape where they do not.
+"""Which part of a face each vertex is, and what colour that part has.
 
-Rigs often arrive as one mesh called "head".  A performance can still only be judged
-if eyes look like eyes, so loose pieces are told apart by their shape: balls are eyes,
-thin open sheets in front of them (tear film, lashes, shadow planes made for a renderer
-with transparency) are left out, the rest inside the head is tongue or teeth.
+A rig's own colours come first.  Rigs often arrive as one mesh called "head" in one
+colour, though, and a performance can still only be judged if eyes look like eyes.  So
+where the rig says nothing, or only its commonest colour, names are asked (unless other
+colours tell such a part already), and loose pieces without a telling name are judged by
+their shape: balls are eyes, thin open sheets in front of them (tear film, lashes, shadow
+planes made for a renderer with transparency) are left out, the rest inside the head is
+tongue or teeth.
 """
 
 from __future__ import annotations
@@ -17,10 +20,10 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from mien.core import InputError, Mesh, Rig
-from mien.core.arrays import Floats, Ints
-from mien.core.errors import unknown
-from mien.look.shade import SKIN, encoded, linear
+from mien.core import Mesh, Rig
+from mien.core.arrays import Flags, Floats, Ints
+from mien.look.openings import Openings
+from mien.look.shade import SKIN, encoded
 
 COLOURS: Mapping[str, Floats] = {
     "skin": SKIN,
@@ -32,21 +35,33 @@ COLOURS: Mapping[str, Floats] = {
     "hair": np.array([0.32, 0.25, 0.21]),
     "lips": np.array([0.82, 0.57, 0.52]),
     "mouth": np.array([0.43, 0.20, 0.20]),
+    "nostril": np.array([0.45, 0.27, 0.24]),
+    "horn": np.array([0.44, 0.39, 0.32]),
+    "beak": np.array([0.88, 0.68, 0.32]),
+    "shell": np.array([0.50, 0.43, 0.29]),
 }
+"""sRGB of each part."""
 
 WORDS: Mapping[str, tuple[str, ...]] = {
     "hidden": ("cornea", "occlusion", "tear", "tearline", "lacrimal", "lash", "lashes", "eyelash", "eyelashes", "wet"),
     "pupil": ("pupil", "pupils"),
     "iris": ("iris", "irises"),
-    "teeth": ("tooth", "teeth", "denture"),
+    "teeth": ("tooth", "teeth", "denture", "fang", "fangs", "tusk", "tusks"),
     "tongue": ("tongue", "gum", "gums"),
-    "hair": ("hair", "brow", "brows", "eyebrow", "eyebrows", "beard"),
+    "hair": ("hair", "brow", "brows", "eyebrow", "eyebrows", "beard", "moustache", "tuft", "tufts", "mane", "whiskers"),
     "eye": ("eye", "eyes", "eyeball", "eyeballs", "sclera"),
-    "skin": ("lid", "lids", "eyelid", "eyelids", "socket"),
+    "skin": ("lid", "lids", "eyelid", "eyelids", "socket", "ear", "ears"),
+    "horn": ("horn", "horns", "antler", "antlers", "claw", "claws", "hoof", "hooves", "nail", "nails"),
+    "beak": ("beak", "bill"),
+    "shell": ("shell", "carapace"),
+    "nostril": ("nostril", "nostrils"),
     "lips": ("lip", "lips"),
     "mouth": ("mouth", "pocket", "inside"),
 }
 """Words in group names, asked in this order."""
+
+
+EYE = {"eye", "iris", "pupil"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,70 +73,59 @@ class Surface:
         colours: `(N, 3)` sRGB of each vertex.
         gaze: `(N, 3)` direction from its eye's centre at rest, on eyeballs without an iris; elsewhere zero.
         same: `(N,)` the first of the vertices that lie and move together: seams share their normals.
+        openings: where the surface lets one look inside.
     """
 
     triangles: Ints
     colours: Floats
     gaze: Floats
     same: Ints
+    openings: Openings
 
 
-def surface_of(rig: Rig, paint: Mapping[str, tuple[float, float, float]] | None = None) -> Surface:
-    """Return a rig's surface with each part in its colour.
-
-    Args:
-        rig: whose surface.
-        paint: linear red, green and blue of vertex groups, later ones over earlier, instead of what their names tell.
-
-    Raises:
-        InputError: the rig has no group of that name.
-    """
+def surface_of(rig: Rig) -> Surface:
+    """Return a rig's surface with each part in its colour."""
     mesh = rig.neutral
-    if paint is not None:
-        colours = np.tile(SKIN, (len(mesh.vertices), 1))
-        for group, colour in paint.items():
-            if group not in mesh.groups:
-                raise InputError(unknown("vertex group", group, mesh.groups))
-            colours[mesh.groups[group]] = encoded(np.array(colour))
-        return Surface(mesh.triangles, colours, np.zeros(mesh.vertices.shape), _moving_together(rig))
     same = _moving_together(rig)
     piece = _pieces(mesh, same)
-    part = _told_by_name(mesh)
-    if (part == "").all():
-        part = _told_by_shape(mesh, piece)
-    colours = np.array([COLOURS.get(name, SKIN) for name in part]).reshape(-1, 3)
-    drawn = ~(part == "hidden")[mesh.triangles].any(axis=1)
-    return Surface(mesh.triangles[drawn], colours, _gaze(mesh, piece, part), same)
+    part = _told_by_shape(mesh, piece, _told_by_name(mesh))
+    own, said = _own_colours(rig)
+    kept = said & ~_left_to_tell(part, own, said)
+    colours = np.where(kept[:, None], own, np.array([COLOURS.get(name, SKIN) for name in part]))
+    part[kept] = ""
+    drawn = mesh.triangles[~(part == "hidden")[mesh.triangles].any(axis=1)]
+    return Surface(drawn, colours, _gaze(mesh, piece, part), same, Openings.of(drawn, same))
+
+
+def _own_colours(rig: Rig) -> tuple[Floats, Flags]:
+    """Return the sRGB per vertex `(N, 3)` that the rig itself gives, and where it gives one."""
+    colours = np.zeros((len(rig.neutral.vertices), 3))
+    said = np.zeros(len(colours), dtype=bool)
+    for group, colour in rig.colours.items():
+        colours[rig.neutral.groups[group]] = encoded(np.array(colour))
+        said[rig.neutral.groups[group]] = True
+    return colours, said
+
+
+def _left_to_tell(part: NDArray[np.str_], colours: Floats, said: Flags) -> Flags:
+    """Return which vertices of the rig's commonest colour are parts that none of its other colours tells."""
+    if not said.any():
+        return said
+    distinct, count = np.unique(colours[said], axis=0, return_counts=True)
+    ground = said & (colours == distinct[count.argmax()]).all(axis=1)
+    told = {"", "skin", *part[said & ~ground].tolist()}
+    if told & EYE:
+        told |= EYE
+    return np.asarray(ground & ~np.isin(part, list(told)))
 
 
 def _told_by_name(mesh: Mesh) -> NDArray[np.str_]:
     """Return the part per vertex that its group's name speaks of, or an empty string."""
     part = np.full(len(mesh.vertices), "", dtype="<U8")
-    for group in _large_first(mesh.groups):
+    for group in sorted(mesh.groups, key=lambda name: -len(mesh.groups[name])):  # the smaller is the more specific
         if word := part_named(group):
             part[mesh.groups[group]] = word
     return part
-
-
-def named_parts(mesh: Mesh) -> dict[str, Ints]:
-    """Return the vertices of each part that groups' names speak of, to be painted over one another in this order."""
-    found: dict[str, list[Ints]] = {}
-    for group, vertices in mesh.groups.items():
-        if word := part_named(group):
-            found.setdefault(word, []).append(vertices)
-    joined = {word: np.unique(np.concatenate(pieces)) for word, pieces in found.items()}
-    return {word: joined[word] for word in _large_first(joined)}
-
-
-def part_colour(part: str) -> tuple[float, float, float]:
-    """Return a part's linear red, green and blue."""
-    red, green, blue = linear(COLOURS.get(part, SKIN)).tolist()
-    return red, green, blue
-
-
-def _large_first(groups: Mapping[str, Ints]) -> list[str]:
-    """Return names so that where groups overlap, the smaller and so more specific one comes later."""
-    return sorted(groups, key=lambda name: -len(groups[name]))
 
 
 def part_named(group: str) -> str:
@@ -160,19 +164,23 @@ def _pieces(mesh: Mesh, same: Ints) -> Ints:
     return np.asarray(connected_components(links, directed=False)[1], dtype=np.int64)
 
 
-def _told_by_shape(mesh: Mesh, piece: Ints) -> NDArray[np.str_]:
-    part = np.full(len(piece), "skin", dtype="<U8")
+def _told_by_shape(mesh: Mesh, piece: Ints, part: NDArray[np.str_]) -> NDArray[np.str_]:
+    """Return the parts with loose pieces that no name tells judged by shape; who names one eye names them all."""
+    part = part.copy()
     counts = np.bincount(piece)
     loose = [np.flatnonzero(piece == p) for p in np.flatnonzero(counts >= 12) if p != counts.argmax()]
-    balls = [ids for ids in loose if _is_ball(mesh.vertices[ids])]
-    if not balls:
+    untold = [ids for ids in loose if (part[ids] == "").all()]
+    eyes = [ids for ids in loose if np.isin(part[ids], list(EYE)).any()]
+    if not eyes:
+        eyes = [ids for ids in untold if _is_ball(mesh.vertices[ids])]
+        for ids in eyes:
+            part[ids] = "eye"
+    if not eyes:
         return part
-    for ids in balls:
-        part[ids] = "eye"
-    centres = np.array([mesh.vertices[ids].mean(axis=0) for ids in balls])
-    radius = max(float(np.ptp(mesh.vertices[ids], axis=0).max()) / 2 for ids in balls)
-    for ids in loose:
-        if part[ids[0]] != "skin":
+    centres = np.array([mesh.vertices[ids].mean(axis=0) for ids in eyes])
+    radius = max(float(np.ptp(mesh.vertices[ids], axis=0).max()) / 2 for ids in eyes)
+    for ids in untold:
+        if part[ids[0]] != "":
             continue
         middle = mesh.vertices[ids].mean(axis=0)
         wide, tall, deep = np.ptp(mesh.vertices[ids], axis=0)

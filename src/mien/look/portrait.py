@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from mien.core import Clip, InputError, Rig
-from mien.core.arrays import Floats
-from mien.look.camera import Camera, View, face_points, frame_face
+from mien.core.arrays import Floats, Ints
+from mien.look.camera import Camera, View, face_vertices, frame_all, frame_face
 from mien.look.parts import Surface, surface_of
 from mien.look.raster import Dots, Edges, Picture, render, vertex_normals
+
+
+AT_ONCE = 32
+"""Frames posed together while looking how far a face reaches."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +42,6 @@ class Portrait:
         *,
         size: tuple[int, int] = (512, 512),
         camera: Camera | None = None,
-        paint: Mapping[str, tuple[float, float, float]] | None = None,
     ) -> Portrait:
         """Make ready to picture a rig, the face filling the picture unless a camera is given.
 
@@ -47,9 +50,8 @@ class Portrait:
             view: from where.
             size: width and height [pixels].
             camera: instead of the one that frames the face.
-            paint: linear red, green and blue of vertex groups, for a rig that has colours of its own.
         """
-        return cls(rig, surface_of(rig, paint), camera or frame_face(rig, view, aspect=size[0] / size[1]), size)
+        return cls(rig, surface_of(rig), camera or frame_face(rig, view, aspect=size[0] / size[1]), size)
 
     def picture(
         self,
@@ -91,6 +93,7 @@ class Portrait:
             colours=self.surface.colours if colours is None else colours,
             normals=vertex_normals(vertices, self.surface.triangles, self.surface.same),
             gaze=self.surface.gaze if colours is None else None,
+            openings=self.surface.openings,
             dots=dots,
             edges=edges,
         )
@@ -122,12 +125,35 @@ def weights_for(rig: Rig, clip: Clip) -> Floats:
     return clip.channels(shapes)
 
 
-def frame_clip(rig: Rig, clip: Clip, view: View = "front", *, aspect: float = 1.0) -> Camera:
-    """Place a camera that keeps the face in the picture wherever the clip's head motion takes it."""
-    if clip.head is None or not len(clip):
-        return frame_face(rig, view, aspect=aspect)
-    points = face_points(rig)
-    low, high = points.min(axis=0), points.max(axis=0)
-    corners = np.array([[(low, high)[bit >> axis & 1][axis] for axis in range(3)] for bit in range(8)])
-    moved = np.einsum("fab,cb->fca", clip.head[:, :3, :3], corners) + clip.head[:, None, :3, 3]
-    return frame_face(moved.reshape(-1, 3), view, aspect=aspect, margin=0.02)
+def frame_clip(
+    rig: Rig, clip: Clip, view: View = "front", *, aspect: float = 1.0, frames: Sequence[int] | Ints | None = None
+) -> Camera:
+    """Place a camera that keeps the face in the picture in every frame shown, wherever the clip takes it.
+
+    Args:
+        rig: who plays it.
+        clip: the animation, in the rig's shapes.
+        view: from where.
+        aspect: width over height of the picture.
+        frames: those shown; all if None. Where one was not tracked, nothing is known to keep.
+
+    Raises:
+        InputError: not one channel of the clip is a shape of the rig.
+    """
+    weights = weights_for(rig, clip)
+    shown = np.arange(len(clip)) if frames is None else np.asarray(frames, dtype=np.int64)
+    shown = shown[np.isfinite(weights[shown]).all(axis=1)]
+    return frame_all(_poses(rig, clip, weights, shown), view, aspect=aspect)
+
+
+def _poses(rig: Rig, clip: Clip, weights: Floats, frames: Ints) -> Iterator[Floats]:
+    """Yield where the face is at rest and in these frames, a few at a time."""
+    face = rig.only(face_vertices(rig))
+    yield face.neutral.vertices
+    for start in range(0, len(frames), AT_ONCE):
+        some = frames[start : start + AT_ONCE]
+        points = face.pose(weights[some], None if clip.joints is None else clip.joints[some])
+        if clip.head is not None:
+            head = clip.head[some]
+            points = points @ head[:, :3, :3].transpose(0, 2, 1) + head[:, None, :3, 3]
+        yield points

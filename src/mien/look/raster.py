@@ -2,7 +2,7 @@
 
 Made for judging a face: furrows, lip lines and lid creases are darkened as daylight
 would, and what shows through an open eye or mouth is dark, also on a mask that has
-nothing inside.
+nothing inside; what shows between horns or through a handle is the background.
 """
 
 from __future__ import annotations
@@ -18,8 +18,9 @@ from scipy import ndimage
 from mien.core import InputError
 from mien.core.arrays import Floats, Ints, floats
 from mien.look.camera import Camera
-from mien.look.kernels import FIRST_BALL, HOLE, cover, cover_balls, flood, furrows, smooth_steps, sum_normals
+from mien.look.kernels import EMPTY, FIRST_BALL, HOLE, cover, cover_balls, flood, furrows, smooth_steps, sum_normals
 from mien.look.lighting import light_pixels
+from mien.look.openings import Openings
 from mien.look.shade import BACKDROP, BRIGHTEST, SKIN, encoding, linear
 
 Edges = Literal["fine", "quick", "hard"]
@@ -68,6 +69,7 @@ def render(
     colours: Floats | None = None,
     normals: Floats | None = None,
     gaze: Floats | None = None,
+    openings: Openings | None = None,
     dots: Sequence[Dots] = (),
     edges: Edges = "fine",
     crevices: float = 1.0,
@@ -82,6 +84,7 @@ def render(
         colours: `(N, 3)` sRGB between 0 and 1 per vertex; skin if None.
         normals: `(N, 3)` unit normals; computed if None.
         gaze: `(N, 3)` direction from its eye's centre at rest, on eyeballs that need an iris painted; elsewhere zero.
+        openings: the surface's rims; found if None.
         dots: markers to draw.
         edges: `fine` takes four samples a pixel, `quick` one and smooths its steps (with coarser furrows), `hard` just one.
         crevices: how strongly furrows, lip lines and lid creases are darkened; 0 leaves them.
@@ -119,6 +122,12 @@ def render(
     corners = np.ascontiguousarray(triangles, dtype=np.int32)
     cover(screen, corners, depth, owner)
     flood(owner)
+    if (owner == HOLE).any():
+        rims = Openings.of(triangles, np.arange(len(vertices))) if openings is None else openings
+        closed, lids = rims.lids(vertices)
+        behind = _to_screen(camera.seen(closed), focus, (fine * height, fine * width))
+        behind[:, :2] -= corner
+        _leave_open(owner, behind, lids)
     left = _furrows(_nearest(depth, fine), crevices, 2 if edges == "quick" else 1)
     _cover_balls(balls, on_top, depth, owner)
     middle = fine * np.array([width, height]) / 2 - corner
@@ -224,6 +233,13 @@ def _cover_balls(balls: Floats, on_top: NDArray[np.bool_], depth: Single, owner:
     for shown, front in ((~on_top, depth), (on_top, np.zeros_like(depth) if on_top.any() else depth)):
         if shown.any():
             cover_balls(np.where(shown[:, None], balls, np.nan), FIRST_BALL, front, owner)
+
+
+def _leave_open(owner: NDArray[np.int32], screen: Floats, lids: Ints) -> None:
+    """Make `EMPTY` of the holes that no lid closes: one sees past the surface there, not into it."""
+    behind = np.full(owner.shape, EMPTY, np.int32)
+    cover(screen, np.ascontiguousarray(lids, dtype=np.int32), np.zeros(owner.shape, np.float32), behind)
+    owner[(owner == HOLE) & (behind == EMPTY)] = EMPTY
 
 
 def _nearest(depth: Single, fine: int) -> Single:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +14,7 @@ from mien.core import Clip, FileError, InputError, MissingPackage, Rig
 from mien.core.arrays import Floats, Ints
 from mien.io.files import written_whole
 from mien.look.camera import View
-from mien.look.portrait import Portrait, weights_for
+from mien.look.portrait import Portrait, frame_clip, weights_for
 from mien.look.raster import Picture
 
 PAPER, INK, FAINT = (255, 255, 255), (32, 36, 42), (107, 114, 128)
@@ -91,7 +91,7 @@ def contact_sheet(
     columns: int = 4,
     title: str = "",
 ) -> Picture:
-    """Picture the telling frames of a clip, each with its number and time.
+    """Picture the telling frames of a clip, each with its number and time; the head is held still.
 
     Args:
         rig: who plays it.
@@ -109,8 +109,13 @@ def contact_sheet(
     """
     weights = weights_for(rig, clip)
     chosen = telling_frames(weights, count) if frames is None else _checked_frames(weights, frames)
-    sitter = Portrait.of(rig, view, size=(size, size))
-    cells = [Labelled(sitter.picture(weights[f]), f"frame {f} · {f / clip.fps:.2f} s") for f in chosen]
+    still = replace(clip, head=None)
+    sitter = Portrait.of(rig, view, size=(size, size), camera=frame_clip(rig, still, view, frames=chosen))
+    joints = [None if clip.joints is None else clip.joints[f] for f in chosen]
+    cells = [
+        Labelled(sitter.picture(weights[f], joints=j), f"frame {f} · {f / clip.fps:.2f} s")
+        for f, j in zip(chosen, joints, strict=True)
+    ]
     rows = [Row("", tuple(cells[i : i + columns])) for i in range(0, len(cells), columns)]
     return sheet(rows, title or rig.name)
 

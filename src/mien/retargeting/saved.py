@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 from mien.capture import Stabiliser
 from mien.core import InputError, Note
 from mien.geometry.align import Similarity
+from mien.retargeting.by_example import ExampleRetargeter
 from mien.retargeting.copying import Copier
 from mien.retargeting.energy import FrameSolver
+from mien.retargeting.saved_examples import packed_examples, unpacked_examples
 from mien.retargeting.settings import SolveSettings
 from mien.retargeting.shape_retargeter import ShapeRetargeter
 
@@ -30,6 +32,8 @@ def packed(retargeter: Any) -> Packed:
         return {**values, "notes": _notes(retargeter.notes)}, {"matrix": retargeter.matrix}
     if isinstance(retargeter, ShapeRetargeter):
         return _packed_shapes(retargeter)
+    if isinstance(retargeter, ExampleRetargeter):
+        return packed_examples(retargeter)
     raise InputError(f"a fitted {type(retargeter).__name__} cannot be saved.")
 
 
@@ -44,7 +48,9 @@ def unpacked(header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> A
             return Copier(tuple(header["sources"]), tuple(header["names"]), arrays["matrix"], _noted(header))
         if header["kind"] == "shapes":
             return _unpacked_shapes(header, arrays)
-    except (KeyError, TypeError, ValueError, IndexError) as error:
+        if header["kind"] == "examples":
+            return unpacked_examples(header, arrays)
+    except (KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
         raise InputError(f"the model lacks or garbles something ({error}); fit it again.") from None
     raise InputError(f"the model is of the unknown kind {header['kind']!r}; a newer mien may have written it.")
 

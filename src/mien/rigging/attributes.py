@@ -21,10 +21,12 @@ from mien.rigging.parts import Attachment
 def interpolation(fit: DenseFit, attached: tuple[Attachment, ...]) -> sparse.csr_matrix:
     """Return the `(Nt, Ns)` matrix of means that takes values of the source's vertices to the target's."""
     points = fit.back
-    matrix = _means(points, len(fit.source.vertices)).tolil()
+    skin = _means(points, len(fit.source.vertices))
+    matrix = sparse.diags(fit.target_skin.astype(np.float64)) @ skin
     for part in attached:
-        matrix[part.vertices] = part.weights if part.counterpart else part.weights @ matrix.tocsr()
-    return matrix.tocsr()
+        followed = part.weights if part.counterpart else part.weights @ skin
+        matrix += _rows(part.vertices, len(points)) @ followed
+    return sparse.csr_matrix(matrix)
 
 
 def carried_values(values: Floats, means: sparse.csr_matrix) -> Floats:
@@ -44,7 +46,9 @@ def carried_labels(labels: Labels, means: sparse.csr_matrix) -> Labels:
 
 def dominant(means: sparse.csr_matrix) -> Ints:
     """Return the column of the largest entry of every row."""
-    return np.asarray(means.argmax(axis=1)).ravel().astype(np.int64)
+    rows = np.repeat(np.arange(means.shape[0]), np.diff(means.indptr))
+    order = np.lexsort((means.data, rows))
+    return np.asarray(means.indices[order[means.indptr[1:] - 1]], dtype=np.int64)
 
 
 def carried_skin(skin: Skin, means: sparse.csr_matrix, influences: int) -> tuple[Ints, Floats]:
@@ -67,3 +71,8 @@ def _means(points: SurfacePoints, count: int) -> sparse.csr_matrix:
     rows = np.repeat(np.arange(len(points)), 3)
     shape = (len(points), count)
     return sparse.csr_matrix((points.weights.ravel(), (rows, points.corners.ravel())), shape=shape)
+
+
+def _rows(places: Ints, count: int) -> sparse.csr_matrix:
+    """Return the `(count, P)` matrix that puts `P` rows in their places."""
+    return sparse.csr_matrix((np.ones(len(places)), (places, np.arange(len(places)))), shape=(count, len(places)))

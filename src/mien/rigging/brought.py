@@ -14,6 +14,7 @@ from scipy import sparse
 
 from mien.core import Blendshapes, Mesh, Note, Rig
 from mien.core.arrays import Floats, Ints
+from mien.core.rig import Colour
 from mien.rigging.attributes import interpolation
 from mien.rigging.dense import DenseFit
 from mien.rigging.parts import Attachment, pieces
@@ -101,6 +102,16 @@ def face_with(face: Mesh, generic: Mesh, brought: Brought) -> Mesh:
         faces=None if face.faces is None else (*face.faces, *(tuple(t) for t in added.tolist())),
         groups=groups,
     )
+
+
+def colours_with(face: Rig, generic: Rig, brought: Brought) -> dict[str, Colour]:
+    """Return the face's colours, and over them those of the brought parts."""
+    shown = {
+        name: colour
+        for name, colour in generic.colours.items()
+        if np.isin(generic.neutral.groups[name], brought.vertices).any()
+    }
+    return {**face.colours, **shown}
 
 
 def _needed(groups: Mapping[str, Ints]) -> Ints:

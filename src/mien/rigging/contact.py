@@ -20,12 +20,11 @@ from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 
-from mien.core import Mesh
 from mien.core.arrays import Floats, Ints
 from mien.core.units import human_centimetre
 from mien.rigging.dense import DenseFit
 from mien.rigging.maps import overall, stretch
-from mien.rigging.touching import MEET_CM, Contacts, Touching
+from mien.rigging.touching import MEET_CM, Contacts, Touching, edge_lengths
 
 REACH_CM = 1.2
 """A bump ends this far from its point in space, on a human face …"""
@@ -35,7 +34,7 @@ FAR_CM = 0.4
 """Points that are farther than this from touching are no pair on this face: they stay as they are, and are counted."""
 ENOUGH = 0.1
 """Poses in which nothing is off by more than this share of what counts as touching are left as they are."""
-SOFT = 1e-3
+SOFT = 1e-5
 """How much contacts that contradict each other give way, relative to what a single one feels."""
 NEXT = 6
 """Contacts next to one another along a slit tell which way it runs."""
@@ -194,7 +193,8 @@ class Bumps:
         first, last = (centimetre * length for length in ALONG_CM)
         apart, _ = cKDTree(vertices[self.handles]).query(vertices, distance_upper_bound=last)
         self.near = np.flatnonzero(np.isfinite(apart) & fit.target_skin)
-        graph = edge_lengths(fit.target, self.near)
+        own = fit.target.triangles[fit.target_skin[fit.target.triangles].all(axis=1)]
+        graph = edge_lengths(vertices, own)[0][self.near][:, self.near]
         along = dijkstra(graph, directed=False, indices=np.searchsorted(self.near, self.handles), limit=last).T
         fade = np.clip((last - along) / (last - first), 0, 1)
         distance = np.minimum(cdist(vertices[self.near], vertices[self.handles]) / reach, 1)
@@ -212,16 +212,3 @@ class Bumps:
         change = np.zeros((self.count, 3))
         change[self.near] = self.height @ (pull.T @ np.einsum("cab,cb->ca", meeting.across, force.reshape(c, 3)))
         return change
-
-
-def edge_lengths(mesh: Mesh, vertices: Ints) -> sparse.csr_matrix:
-    """Return the lengths of the edges among some vertices as a sparse matrix, numbered as they are."""
-    number = np.full(len(mesh.vertices), -1)
-    number[vertices] = np.arange(len(vertices))
-    triangles = number[mesh.triangles]
-    a, b = np.concatenate([triangles[:, [i, (i + 1) % 3]] for i in range(3)]).T
-    key = np.unique((np.minimum(a, b) * len(vertices) + np.maximum(a, b))[(a >= 0) & (b >= 0)])
-    a, b = key // len(vertices), key % len(vertices)
-    lengths = np.linalg.norm(mesh.vertices[vertices[a]] - mesh.vertices[vertices[b]], axis=1)
-    smallest = 1e-9 * float(lengths.max(initial=1.0))  # a stored zero would mean "no edge"
-    return sparse.csr_matrix((np.maximum(lengths, smallest), (a, b)), shape=(len(vertices), len(vertices)))

@@ -17,9 +17,13 @@ from mien.core.arrays import Flags, Floats, Ints
 from mien.core.units import face_radius
 from mien.geometry.surface import closest_points, triangle_normals
 from mien.geometry.tps import ThinPlate, fit_thin_plate
+from mien.rigging.warp_and_stick.confirm import confirmed
 from mien.rigging.warp_and_stick.folds import folded, smooth_out
 from mien.rigging.warp_and_stick.sheet import Sheet, skin_of, twins_of
 from mien.rigging.warp_and_stick.stick import Anchors, stick
+
+NEAR_SEAM = 0.15
+"""Within this share of the face's radius from a seam, the way back is compared with the way there."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,7 +133,9 @@ def lay(
 
     ground = from_side.at(positions, paired[film.triangles].all(axis=1))
     back = stick(to_side.sheet, to_side.order, ground, to_side.anchors(source_landmarks), to_side.radius)
-    back_distance = np.linalg.norm(back.points.of(positions) - target.vertices, axis=1)
+    seams = to_side.skin & (to_side.order < NEAR_SEAM * to_side.radius)
+    ways_back, _ = confirmed(to_side.sheet, stuck.points, ground, back.points, seams)
+    back_distance = np.linalg.norm(ways_back.of(positions) - target.vertices, axis=1)
     return DenseFit(
         source,
         target,
@@ -140,7 +146,7 @@ def lay(
         stuck.points,
         positions,
         paired,
-        back.points,
+        ways_back,
         back_distance,
         before,
         after,

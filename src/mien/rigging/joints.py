@@ -23,7 +23,7 @@ def carried_joints(
     A joint in the middle of an eyeball goes to the middle of the face's eyeball.
     """
     assert generic.skeleton is not None
-    rest = np.stack([structure.frame(frame)[0] for frame in generic.skeleton.rest])
+    rest = np.stack([structure.frame(frame) for frame in generic.skeleton.rest])
     for joint, frame in enumerate(generic.skeleton.rest):
         for own, points in _balls(generic, fit, attached, brought, joint):
             size = float(np.ptp(own, axis=0).max())

@@ -65,7 +65,9 @@ def paired_landmarks(source: Rig, target: Rig) -> LandmarkPairs:
     unused = [name for name in target.landmarks if name not in {b for _, b in names}]
     notes = ()
     if unused:
-        text = f"{len(unused)} landmarks of {target.name} have no counterpart on {source.name}: {', '.join(unused[:12])}."
+        text = (
+            f"{len(unused)} landmarks of {target.name} have no counterpart on {source.name}: {', '.join(unused[:12])}."
+        )
         notes = (Note("landmarks-unused", text),)
     return LandmarkPairs(names, mine, theirs, notes)
 
@@ -94,7 +96,9 @@ def _check_apart(rig: str, names: Sequence[str], points: Floats) -> None:
     apart = cdist(points, points) + np.eye(len(points)) * np.ptp(points)
     i, j = np.unravel_index(int(np.argmin(apart)), apart.shape)
     if apart[i, j] < 1e-6 * float(np.ptp(points, axis=0).max()):
-        raise InputError(f"the landmarks {names[i]!r} and {names[j]!r} of {rig} are at the same place; correct one of them.")
+        raise InputError(
+            f"the landmarks {names[i]!r} and {names[j]!r} of {rig} are at the same place; correct one of them."
+        )
 
 
 def _check_spread(rig: str, points: Floats) -> None:

@@ -1,9 +1,12 @@
 """Muscles and bones carried by the dense correspondence (Orvalho et al., §4.4).
 
 What lies under the skin goes where the warp of the *whole* skin takes it, not the warp
-of the landmarks alone, so that it keeps its place under the skin (their figure 4).  That
-warp has as many centres as the skin has vertices; beyond a few thousand it is fitted to
-a subset spread over the face, and what the subset leaves over is measured.
+of the landmarks alone, so that it keeps its place under the skin (their figure 4).
+
+The skin is the one that is seen: a muscle of the lips lies close to the lining of the
+mouth, which many faces lack and no two have alike.  And the warp follows the skin as a
+stiff sheet would rather than through every vertex: where the correspondence is rough, a
+fibre must not be.
 """
 
 from __future__ import annotations
@@ -11,20 +14,22 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from mien.core.arrays import Floats, Ints
 from mien.core.units import human_centimetre
+from mien.geometry.muscles import fibre_length
+from mien.geometry.surface import exposed, vertex_normals
 from mien.geometry.tps import ThinPlate, fit_thin_plate
 from mien.rigging.dense import DenseFit
 
-MOST_CENTRES = 2000
-"""Up to this many centres the warp is exact; solving more costs the cube of their number."""
-CLOSE_MM = 0.1
-"""Centres are added until what is left over is below this on a human face."""
-FIRST_CENTRES = 500
+MOST_CENTRES = 1500
+"""With more pairs than this, as many of them, spread evenly, are the centres; solving costs the cube of their number."""
+STIFF_CM = 0.3
+"""How far the warp gives up closeness for smoothness, on a human face."""
 REACH_CM = 2.5
 """A frame turns and grows as the skin within about this distance of it does, on a human face."""
+DEGREE = 3
+"""The warp bends a fibre by a polynomial of this degree along it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,12 +38,14 @@ class Structure:
 
     Attributes:
         warp: the thin-plate warp of the dense pairs.
+        vertices: `(P,)` the vertices of the source that are pairs.
         sources, targets: `(P, 3)` the dense pairs.
-        left_over: the largest distance by which it misses a pair [m].
+        left_over: the root-mean-square distance by which it misses a pair [m].
         reach: the radius around a frame whose skin says how it turns and grows [m].
     """
 
     warp: ThinPlate
+    vertices: Ints
     sources: Floats
     targets: Floats
     left_over: float
@@ -48,51 +55,61 @@ class Structure:
     def of(cls, fit: DenseFit, most: int = MOST_CENTRES) -> Structure:
         """Fit the warp to the pairs of a correspondence."""
         paired = np.flatnonzero(fit.paired)
-        distinct = paired[np.unique(fit.source.vertices[paired].round(7), axis=0, return_index=True)[1]]
-        sources, targets = fit.source.vertices[distinct], fit.stuck[distinct]
+        paired = paired[np.unique(fit.source.vertices[paired].round(7), axis=0, return_index=True)[1]]
+        normals = vertex_normals(fit.source.vertices, fit.source.triangles)[paired]
+        seen = paired[exposed(fit.source, fit.source.vertices[paired], normals)]
+        kept = np.sort(seen if len(seen) >= len(paired) // 4 else paired)
+        sources, targets = fit.source.vertices[kept], fit.stuck[kept]
         centimetre = human_centimetre(fit.warp.centres)
-        goal = 0.1 * CLOSE_MM * human_centimetre(fit.warp(fit.warp.centres))
-        warp, left_over = _within(sources, targets, goal, most)
-        return cls(warp, sources, targets, left_over, REACH_CM * centimetre)
+        chosen = np.arange(len(kept)) if len(kept) <= most else _spread(sources, most)
+        warp = fit_thin_plate(sources[chosen], targets[chosen], STIFF_CM * centimetre)
+        missed = float(np.sqrt(((warp(sources) - targets) ** 2).sum(axis=1).mean()))
+        return cls(warp, kept, sources, targets, missed, REACH_CM * centimetre)
 
-    def frame(self, frame: Floats) -> tuple[Floats, float]:
+    def frame(self, frame: Floats) -> Floats:
         """Carry a rigid frame `(4, 4)`: its place by the warp, its turn by the skin around it.
 
-        The derivative of a warp that runs through every vertex is as rough as the mesh.
-        The similarity that fits the surrounding skin best is not.
-
-        Returns:
-            The frame on the target, and by how much lengths grow there.
+        The derivative of a warp is as rough as the mesh.  The similarity that fits the
+        surrounding skin best is not.
         """
-        turn, scale = self.around(frame[:3, 3])
         moved = np.eye(4)
-        moved[:3, :3] = turn @ frame[:3, :3]
+        moved[:3, :3] = self.around(frame[:3, 3])[0] @ frame[:3, :3]
         moved[:3, 3] = self.warp(frame[None, :3, 3])[0]
-        return moved, scale
+        return moved
 
     def around(self, place: Floats) -> tuple[Floats, float]:
         """Return the rotation `(3, 3)` and scale of the similarity that fits the skin around a place best."""
         apart = ((self.sources - place) ** 2).sum(axis=1)
-        weights = np.exp(-(apart - apart.min()) / self.reach**2)
-        weights /= weights.sum()
+        return self._similarity(np.exp(-(apart - apart.min()) / self.reach**2))
+
+    def line(self, line: Floats) -> Floats:
+        """Carry a fibre `(P, 3)`: with the skin around it, and bent by the warp no less smoothly than it was."""
+        middle = line.mean(axis=0)
+        turn, scale = self.around(middle)
+        moved = scale * (line - middle) @ turn.T
+        steps = np.linalg.norm(np.diff(line, axis=0), axis=1)
+        along = np.append(0, np.cumsum(steps)) / max(fibre_length(line), 1e-300)
+        basis = np.polynomial.legendre.legvander(2 * along - 1, min(DEGREE, len(line) - 1))
+        bent = np.linalg.lstsq(basis, self.warp(line) - moved, rcond=None)[0]
+        return np.asarray(moved + basis @ bent)
+
+    def growth(self, weights: Floats) -> float:
+        """Return by how much the skin that bears these weights `(Ns,)` grows."""
+        shares = weights[self.vertices]
+        if np.count_nonzero(shares) < 4:
+            return self._similarity(np.ones(len(shares)))[1]
+        total = shares / shares.sum()
+        a, b = (points - total @ points for points in (self.sources, self.targets))
+        return float(np.sqrt((total @ (b**2).sum(axis=1)) / (total @ (a**2).sum(axis=1))))
+
+    def _similarity(self, weights: Floats) -> tuple[Floats, float]:
+        """Return rotation and scale of the similarity that fits the pairs best."""
+        weights = weights / weights.sum()
         a, b = (points - weights @ points for points in (self.sources, self.targets))
         left, stretch, right = np.linalg.svd((b * weights[:, None]).T @ a)
         mirror = np.array([1.0, 1.0, np.sign(np.linalg.det(left @ right))])
         power = weights @ (a**2).sum(axis=1)
         return np.asarray(left * mirror @ right), float(stretch @ mirror / power)
-
-
-def _within(sources: Floats, targets: Floats, goal: float, most: int) -> tuple[ThinPlate, float]:
-    """Fit a warp to as few centres as bring all pairs within `goal`, or to `most` of them."""
-    chosen = np.arange(len(sources)) if len(sources) <= most else _spread(sources, FIRST_CENTRES)
-    while True:
-        warp = fit_thin_plate(sources[chosen], targets[chosen])
-        missed = np.linalg.norm(warp(sources) - targets, axis=1)
-        worst = float(missed.max())
-        if worst <= goal or len(chosen) >= min(most, len(sources)):
-            return warp, worst
-        extra = _worst_apart(sources, missed, min(len(chosen), most - len(chosen)))
-        chosen = np.union1d(chosen, extra)
 
 
 def _spread(points: Floats, count: int) -> Ints:
@@ -103,12 +120,3 @@ def _spread(points: Floats, count: int) -> Ints:
         gap = np.minimum(gap, ((points - points[chosen[-1]]) ** 2).sum(axis=1))
         chosen.append(int(np.argmax(gap)))
     return np.array(chosen, dtype=np.int64)
-
-
-def _worst_apart(points: Floats, missed: Floats, count: int) -> Ints:
-    """Return the worst missed points that are not each other's neighbours, at most `count`."""
-    near = cKDTree(points).query(points, min(9, len(points)))[1]
-    peak = np.flatnonzero(missed >= missed[near].max(axis=1))
-    order = np.argsort(-missed, kind="stable")
-    ranked = np.concatenate([peak[np.argsort(-missed[peak], kind="stable")], order])
-    return np.asarray(ranked[: max(count, 1)])

@@ -11,12 +11,13 @@ from functools import cached_property
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse.csgraph import dijkstra
+from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.spatial import cKDTree
 
 from mien.core import Mesh, SurfacePoints
 from mien.core.arrays import Flags, Floats, Ints
 from mien.geometry.surface import vertex_normals
+from mien.rigging.warp_and_stick.sheet import twins_of
 
 MEET_CM = 0.03
 """Skin touches if it is this close, on a human face."""
@@ -26,6 +27,8 @@ DETOUR_CM = 0.5
 """… and if the way along the skin is at least this long: neighbours do not touch, they are one."""
 FACING = 0.3
 """Skin that touches at rest faces other skin, the cosine between the normals is below this, or ends where that does."""
+LARGE = 0.05
+"""Pieces with less than this share of the skin's vertices touch nothing: lashes lie on one another."""
 CROWD = 16
 """So many nearest vertices are looked at for one of other skin."""
 BATCH = 256
@@ -66,14 +69,10 @@ class Touching:
     """
 
     def __init__(self, mesh: Mesh, skin: Flags, centimetre: float) -> None:
+        skin = skin & large_pieces(mesh.triangles, skin)
         self.mesh, self.skin, self.centimetre = mesh, np.flatnonzero(skin), centimetre
         self._faces = mesh.triangles[skin[mesh.triangles].all(axis=1)]
-        a, b = np.concatenate([self._faces[:, [i, (i + 1) % 3]] for i in range(3)]).T
-        n = len(mesh.vertices)
-        lengths = np.maximum(np.linalg.norm(mesh.vertices[a] - mesh.vertices[b], axis=1), 1e-12)
-        key, first = np.unique(np.minimum(a, b) * n + np.maximum(a, b), return_index=True)
-        self._edges = sparse.csr_matrix((lengths[first], (key // n, key % n)), shape=(n, n))
-        edge = float(np.median(lengths)) if len(lengths) else 0.0
+        self._edges, edge = edge_lengths(mesh.vertices, self._faces)
         self._meet = MEET_CM * centimetre
         self._nearly = NEARLY_CM * centimetre
         self._near = self._nearly + edge
@@ -82,7 +81,7 @@ class Touching:
             np.ones(3 * len(self._faces), np.int8),
             (self._faces.ravel(), np.repeat(np.arange(len(self._faces)), 3)),
         )
-        self._around = sparse.csr_matrix(incidence, shape=(n, len(self._faces)))
+        self._around = sparse.csr_matrix(incidence, shape=(len(skin), len(self._faces)))
         one, faces = self._pairs(mesh.vertices, self.skin, apart=False)
         touching = self._closest(mesh.vertices, one, faces, np.ones(len(one), np.bool_))
         self._at_rest = touching.vertices, touching.opposite.corners
@@ -174,6 +173,27 @@ class Touching:
             along = dijkstra(graph, directed=False, indices=batch, limit=self._detour)
             strange[rows] = np.isinf(along[place[rows] - first, ends[rows]])
         return strange
+
+
+def edge_lengths(vertices: Floats, triangles: Ints) -> tuple[sparse.csr_matrix, float]:
+    """Return the lengths of the edges as a sparse `(N, N)` matrix, next to nothing between twins, and their median."""
+    n, twins = len(vertices), twins_of(vertices, triangles)
+    edges = np.sort(np.concatenate([triangles[:, [i, (i + 1) % 3]] for i in range(3)] + [twins]), axis=1)
+    key = np.unique(edges[:, 0] * n + edges[:, 1])
+    a, b = key // n, key % n
+    lengths = np.linalg.norm(vertices[a] - vertices[b], axis=1)
+    smallest = 1e-9 * float(lengths.max(initial=1.0))  # a stored zero would mean "no edge"
+    middle = float(np.median(lengths)) if len(lengths) else 0.0
+    return sparse.csr_matrix((np.maximum(lengths, smallest), (a, b)), shape=(n, n)), middle
+
+
+def large_pieces(triangles: Ints, skin: Flags) -> Flags:
+    """Return `(N,)` which vertices belong to a large connected piece: not lashes or tear film glued to the skin."""
+    n = len(skin)
+    edges = np.concatenate([triangles[:, [i, (i + 1) % 3]] for i in range(3)])
+    linked = sparse.csr_matrix((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(n, n))
+    piece = connected_components(linked, directed=False)[1]
+    return np.asarray(np.bincount(piece)[piece] >= LARGE * skin.sum())
 
 
 def closest_on_triangles(points: Floats, corners: Floats) -> Floats:

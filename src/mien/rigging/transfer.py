@@ -14,14 +14,14 @@ from typing import Any
 
 import numpy as np
 
-from mien.core import Anatomy, InputError, Muscle, Note, Rig, Skeleton, Skin
-from mien.core.arrays import Floats
+from mien.core import InputError, Note, Rig, Skeleton, Skin
 from mien.core.errors import unknown
 from mien.core.units import human_centimetre
 from mien.geometry.templates import template_shapes
-from mien.rigging.attributes import carried_labels, carried_shares, carried_skin, carried_values
+from mien.rigging.anatomy import carried_anatomy
+from mien.rigging.attributes import carried_skin
 from mien.rigging.blendshapes import carried
-from mien.rigging.brought import Brought, bring, face_with
+from mien.rigging.brought import Brought, bring, colours_with, face_with
 from mien.rigging.dense import DenseFit, lay
 from mien.rigging.joints import carried_joints
 from mien.rigging.landmarks import check_is_face, paired_landmarks
@@ -88,7 +88,7 @@ def transfer_rig(
         rest = carried_joints(generic, fit, structure, attached, brought)
         skeleton = Skeleton(generic.skeleton.names, generic.skeleton.parents, rest)
         skin = Skin(*carried_skin(generic.skin, means, influences), np.linalg.inv(rest))
-    anatomy = _anatomy(generic, structure, skeleton, means)
+    anatomy = carried_anatomy(generic, structure, skeleton, means)
     shaped = generic
     if method != "warp-and-stick" and anatomy is not None and anatomy.templates:
         shaped = replace(generic, blendshapes=template_shapes(generic))
@@ -102,55 +102,11 @@ def transfer_rig(
         skin=skin,
         anatomy=anatomy,
         landmarks=_landmarks(generic, face, fit, {mine for mine, _ in pairs.names}),
+        colours=colours_with(face, generic, brought),
     )
     figures = {**_figures(fit, pairs.names, structure), "seconds": round(time.perf_counter() - began, 3)}
     notes = (*pairs.notes, *fit.notes, *shape_notes, *brought.notes)
     return Transfer(rigged, fit, brought, figures, notes)
-
-
-def _anatomy(generic: Rig, structure: Structure, skeleton: Skeleton | None, means: Any) -> Anatomy | None:
-    if generic.anatomy is None:
-        return None
-    own = generic.anatomy
-    return replace(
-        own,
-        muscles=tuple(_muscle(muscle, generic, structure, skeleton, means) for muscle in own.muscles),
-        clusters=tuple(
-            replace(
-                c,
-                weights=carried_shares(c.weights, means),
-                frame=structure.frame(c.frame)[0],
-                scale=c.scale * structure.frame(c.frame)[1],
-            )
-            for c in own.clusters
-        ),
-        flexors=tuple(replace(f, weights=carried_shares(f.weights, means)) for f in own.flexors),
-        fields={name: carried_values(values, means) for name, values in own.fields.items()},
-        labels={name: carried_labels(labels, means) for name, labels in own.labels.items()},
-    )
-
-
-def _muscle(muscle: Muscle, generic: Rig, structure: Structure, skeleton: Skeleton | None, means: Any) -> Muscle:
-    frame, growth = structure.frame(muscle.frame)
-    return replace(
-        muscle,
-        fibre=structure.warp(muscle.fibre),
-        weights=carried_shares(muscle.weights, means),
-        frame=frame,
-        scale=muscle.scale * growth,
-        seam=None if muscle.seam is None else structure.warp(muscle.seam),
-        pivot=None if muscle.pivot is None else _pivot(muscle.pivot, generic, structure, skeleton),
-    )
-
-
-def _pivot(pivot: Floats, generic: Rig, structure: Structure, skeleton: Skeleton | None) -> Floats:
-    """Carry the centre of a ball: with the joint that sits there, if one does."""
-    if generic.skeleton is not None and skeleton is not None:
-        apart = np.linalg.norm(generic.skeleton.rest[:, :3, 3] - pivot, axis=1)
-        joint = int(np.argmin(apart))
-        if apart[joint] <= 1e-3 * structure.reach:
-            return np.asarray(skeleton.rest[joint, :3, 3])
-    return np.asarray(structure.warp(pivot[None])[0])
 
 
 def _landmarks(generic: Rig, face: Rig, fit: DenseFit, shared: set[str]) -> dict[str, Any]:
@@ -174,6 +130,6 @@ def _figures(fit: DenseFit, names: tuple[tuple[str, str], ...], structure: Struc
         "uncovered_rms_mm": round(float(np.sqrt((off**2).mean())), 4),
         "folds_before": fit.folds_before,
         "folds_after": fit.folds_after,
-        "structure_left_over_mm": round(structure.left_over / millimetre, 4),
+        "structure_rms_mm": round(structure.left_over / millimetre, 4),
         "structure_centres": len(structure.warp.centres),
     }

@@ -218,7 +218,7 @@ def solve_layered(
         InputError: wrong shapes, or a value that is not finite.
     """
     size, first = sum(problem.sizes), problem.regions * problem.layers
-    c = np.array(floats(data, (None, problem.regions, size), "the data vectors"))
+    c = np.array(floats(data, (None, problem.regions, size), "the data vectors"), order="C")
     power = np.array(floats(energy, (len(c),), "the energies"))
     bias = np.array(floats(np.zeros(len(c)) if gamma is None else gamma, (len(c),), "the biases"))
     if len(bias) and not (bias.min() >= 0 and bias.max() <= 1):

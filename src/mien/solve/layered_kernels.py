@@ -37,6 +37,8 @@ SHIFTS = (1e-6, 1e-4, 1e-2, 1.0)
 """Tried in turn where the joint problem is not convex, relative to the largest curvature."""
 CHUNK = 1024
 """Coordinates projected at a time: all extremes at so many stay in the cache while frames pass."""
+BLOCK = 16
+"""Frames that pass together."""
 FINER = 1e-6
 """Newton steps go on to this share of the tolerance: they cost little, and rounding then hardly shows in the shares."""
 HALVINGS = 8
@@ -454,31 +456,66 @@ def descend_frames(
         found[f] = z
 
 
-@njit(cache=True, nogil=True, fastmath={"reassoc", "contract"})
-def project_frames(basis: Floats, borders: Ints, moved: Floats, data: Floats, energy: Floats) -> None:
+@njit(cache=True, nogil=True)
+def project_frames(
+    basis: Floats, borders: Ints, order: Ints, root: Floats, moved: Floats, data: Floats, energy: Floats
+) -> None:
     """Set `c_l = Bᵀ M_l x̂` and `‖x̂‖²` of frames, each in the same order of sums however many there are.
 
     Args:
-        basis: `(N, D)` the extremes, coordinates in the order of the regions.
+        basis: `(N, D)` the extremes, points in the order of their regions, times `root`.
         borders: `(m + 1,)` where each region's coordinates begin.
-        moved: `(F, D)`.
+        order: `(P,)` the points in that order.
+        root: `(D,)` what each coordinate is multiplied by.
+        moved: `(F, P, 3)`; a NaN point is left out.
         data: `(F, m, N)` filled.
         energy: `(F,)` filled.
     """
     data[:] = 0.0
     energy[:] = 0.0
-    for r in range(len(borders) - 1):
-        for begin in range(borders[r], borders[r + 1], CHUNK):
-            end = min(begin + CHUNK, borders[r + 1])
-            for f in range(len(moved)):
-                x = moved[f, begin:end]
-                power = 0.0
-                for i in range(end - begin):
-                    power += x[i] * x[i]
-                energy[f] += power
-                for k in range(len(basis)):
-                    row = basis[k, begin:end]
-                    s = 0.0
-                    for i in range(end - begin):
-                        s += row[i] * x[i]
-                    data[f, r, k] += s
+    block = np.empty((min(BLOCK, max(len(moved), 1)), len(root)))
+    for first in range(0, len(moved), BLOCK):
+        count = min(BLOCK, len(moved) - first)
+        for f in range(count):
+            for i in range(len(order)):
+                point = moved[first + f, order[i]]
+                if np.isnan(point[0]):
+                    block[f, 3 * i : 3 * i + 3] = 0.0
+                else:
+                    for a in range(3):
+                        block[f, 3 * i + a] = point[a] * root[3 * i + a]
+        for r in range(len(borders) - 1):
+            for begin in range(borders[r], borders[r + 1], CHUNK):
+                end = min(begin + CHUNK, borders[r + 1])
+                for f in range(count):
+                    x = block[f, begin:end]
+                    energy[first + f] += products(basis, begin, end, x, data[first + f, r])
+
+
+@njit(cache=True, nogil=True, fastmath={"reassoc", "contract"})
+def products(basis: Floats, begin: int, end: int, x: Floats, out: Floats) -> float:
+    """Add the products of all rows, from `begin` to `end`, with `x` to `out`; return that of `x` with itself."""
+    size = len(x)
+    for k in range(0, len(basis) - 3, 4):
+        b0, b1 = basis[k, begin:end], basis[k + 1, begin:end]
+        b2, b3 = basis[k + 2, begin:end], basis[k + 3, begin:end]
+        s0, s1, s2, s3 = 0.0, 0.0, 0.0, 0.0
+        for i in range(size):
+            s0 += b0[i] * x[i]
+            s1 += b1[i] * x[i]
+            s2 += b2[i] * x[i]
+            s3 += b3[i] * x[i]
+        out[k] += s0
+        out[k + 1] += s1
+        out[k + 2] += s2
+        out[k + 3] += s3
+    for k in range(len(basis) - len(basis) % 4, len(basis)):
+        row = basis[k, begin:end]
+        s = 0.0
+        for i in range(size):
+            s += row[i] * x[i]
+        out[k] += s
+    power = 0.0
+    for i in range(size):
+        power += x[i] * x[i]
+    return power

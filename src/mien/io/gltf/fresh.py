@@ -10,20 +10,19 @@ import numpy as np
 
 from mien.core import Mesh, Rig
 from mien.core.arrays import Flags, Floats, Ints
+from mien.core.rig import Colour
 from mien.io.gltf.anatomy import describe
 from mien.io.gltf.bones import add_influences, add_joints, add_skin
 from mien.io.gltf.container import Document
+from mien.io.gltf.materials import SKIN
 from mien.io.gltf.packing import INDICES, VERTICES, Packing
 
-SKIN = (0.8, 0.62, 0.54)
-"""A neutral look: rigs carry no materials of their own."""
-
-Colours = Mapping[str, tuple[float, float, float]]
+Colours = Mapping[str, Colour]
 """Linear red, green and blue of vertex groups."""
 
 
-def document_of(path: Path, rig: Rig, colours: Colours) -> Packing:
-    """Return a document that holds the rig; its nodes are the joints in order, then the mesh."""
+def document_of(path: Path, rig: Rig, colours: Colours | None) -> Packing:
+    """Return a document that holds the rig, in its own colours if None; its nodes are the joints, then the mesh."""
     root: dict[str, Any] = {"asset": {"version": "2.0", "generator": "mien"}}
     packing = Packing(Document(path, root))
     node: dict[str, Any] = {"name": rig.name, "mesh": 0}
@@ -32,7 +31,7 @@ def document_of(path: Path, rig: Rig, colours: Colours) -> Packing:
         joints = add_joints(packing, rig.skeleton)
         roots = [joints[i] for i in np.flatnonzero(rig.skeleton.parents < 0)]
         node["skin"] = add_skin(packing, joints, rig.skin.inverse_bind)
-    packing.add("meshes", mesh_of(packing, rig, colours))
+    packing.add("meshes", mesh_of(packing, rig, rig.colours if colours is None else colours))
     roots.append(packing.add("nodes", node))
     root["scene"] = packing.add("scenes", {"nodes": roots})
     describe(packing, rig, seams(rig.neutral)[0])
@@ -68,7 +67,7 @@ def mesh_of(packing: Packing, rig: Rig, colours: Colours) -> dict[str, Any]:
     return mesh
 
 
-def _painted(mesh: Mesh, colours: Colours) -> list[tuple[str, tuple[float, float, float], Flags]]:
+def _painted(mesh: Mesh, colours: Colours) -> list[tuple[str, Colour, Flags]]:
     """Return names, colours and triangles `(T,)` of the parts: what lies wholly in a group, later ones over earlier."""
     part = np.zeros(len(mesh.triangles), np.int64)
     looks = [("skin", SKIN), *colours.items()]
@@ -78,7 +77,7 @@ def _painted(mesh: Mesh, colours: Colours) -> list[tuple[str, tuple[float, float
     return [(*looks[number], part == number) for number in np.unique(part)]
 
 
-def _material(name: str, colour: tuple[float, float, float]) -> dict[str, Any]:
+def _material(name: str, colour: Colour) -> dict[str, Any]:
     look = {"baseColorFactor": [*colour, 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.6}
     return {"name": name, "doubleSided": True, "pbrMetallicRoughness": look}
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from mien.core import FileError, Note
 from mien.core.arrays import Ints
+from mien.core.rig import Colour
 from mien.io.gltf.container import Document
 from mien.io.gltf.fields import Fields
 from mien.io.gltf.meshes import Part, Surface, check_size, numbered, read_surface, shape_names
@@ -83,15 +84,24 @@ def _default_weights(mesh: Fields) -> Iterator[Note]:
         yield Note("default-weights", "weights other than 0 by default: the neutral is without them", mesh.where)
 
 
-def vertex_groups(instances: list[Instance]) -> dict[str, Ints]:
-    """Return the vertices of each mesh node, and of each material where a mesh has several primitives."""
+def vertex_groups(instances: list[Instance]) -> tuple[dict[str, Ints], dict[str, Colour]]:
+    """Return the vertices of each mesh node, and of each material where a mesh has several primitives.
+
+    The second thing returned are the colours of those groups whose material says one.
+    """
     names: list[str] = []
     groups: list[Ints] = []
+    colours: list[Colour | None] = []
     for instance in instances:
         own = instance.fields.text("name") or instance.mesh.text("name") or f"node_{instance.node:02d}"
+        painted = instance.surface.painted
         names.append(own)
         groups.append(np.arange(instance.start, instance.stop))
-        if len(instance.surface.materials) > 1:
-            names += [f"{own}/{material}" for material, _ in instance.surface.materials]
-            groups += [ids + instance.start for _, ids in instance.surface.materials]
-    return dict(zip(numbered(names), groups, strict=True))
+        colours.append(painted[0].colour if len(painted) == 1 else None)
+        if len(painted) > 1:
+            names += [f"{own}/{paint.material}" for paint in painted]
+            groups += [paint.vertices + instance.start for paint in painted]
+            colours += [paint.colour for paint in painted]
+    found = numbered(names)
+    said = {name: colour for name, colour in zip(found, colours, strict=True) if colour is not None}
+    return dict(zip(found, groups, strict=True)), said

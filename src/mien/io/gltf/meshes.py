@@ -11,10 +11,12 @@ from numpy.typing import NDArray
 
 from mien.core import Note
 from mien.core.arrays import Floats, Ints
+from mien.core.rig import Colour
 from mien.io.gltf import draco
 from mien.io.gltf.accessors import count_of, floats_at, integers_at, real_numbers
 from mien.io.gltf.container import Document
 from mien.io.gltf.fields import Fields
+from mien.io.gltf.materials import material_colour, material_name
 
 TRIANGLES, STRIP, FAN = 4, 5, 6
 
@@ -43,6 +45,21 @@ class Part:
 
 
 @dataclass(frozen=True, eq=False)
+class Painted:
+    """Vertices of one material.
+
+    Attributes:
+        material: its name.
+        vertices: the vertices its triangles use.
+        colour: linear red, green and blue, None where it does not say.
+    """
+
+    material: str
+    vertices: Ints
+    colour: Colour | None
+
+
+@dataclass(frozen=True, eq=False)
 class Surface:
     """What one mesh contributes.
 
@@ -50,7 +67,7 @@ class Surface:
         parts: its distinct vertices.
         triangles: `(T, 3)` indices into the concatenated vertices of the parts.
         uv: `(T, 3, 2)`, or None if no primitive has texture coordinates.
-        materials: per primitive of triangles its material's name and the vertices it uses.
+        painted: per primitive of triangles its material and the vertices it uses.
         owners: per primitive of the file the number of its part; -1 for points and lines.
         notes: what was left out.
     """
@@ -58,7 +75,7 @@ class Surface:
     parts: tuple[Part, ...]
     triangles: Ints
     uv: Floats | None
-    materials: tuple[tuple[str, Ints], ...]
+    painted: tuple[Painted, ...]
     owners: tuple[int, ...]
     notes: tuple[Note, ...]
 
@@ -79,7 +96,7 @@ def read_surface(document: Document, mesh: Fields) -> Surface:
     parts: dict[tuple[object, ...], tuple[int, int, Part]] = {}
     corners: list[Ints] = []
     uvs: list[Floats | None] = []
-    materials: list[tuple[str, Ints]] = []
+    painted: list[Painted] = []
     owners: list[int] = []
     notes: list[Note] = []
     total = 0
@@ -105,7 +122,8 @@ def read_surface(document: Document, mesh: Fields) -> Surface:
         corners.append(triangles + start)
         check_size(mesh, total, sum(map(len, corners)))
         uvs.append(None if uv is None else uv[triangles])
-        materials.append((_material(document, primitive), np.unique(triangles) + start))
+        used = np.unique(triangles) + start
+        painted.append(Painted(material_name(document, primitive), used, material_colour(document, primitive)))
     has_uv = any(uv is not None for uv in uvs)
     return Surface(
         tuple(part for *_, part in parts.values()),
@@ -113,7 +131,7 @@ def read_surface(document: Document, mesh: Fields) -> Surface:
         np.concatenate([np.zeros((len(c), 3, 2)) if u is None else u for c, u in zip(corners, uvs, strict=True)])
         if has_uv
         else None,
-        tuple(materials),
+        tuple(painted),
         tuple(owners),
         tuple(notes),
     )
@@ -190,13 +208,6 @@ def _triangles(document: Document, primitive: Fields, mode: int, count: int) -> 
         triangles[1::2] = triangles[1::2, [1, 0, 2]]
     a, b, c = triangles.T
     return np.asarray(triangles[(a != b) & (b != c) & (c != a)])
-
-
-def _material(document: Document, primitive: Fields) -> str:
-    if "material" not in primitive:
-        return "no material"
-    index = primitive.integer("material")
-    return document.at("materials", index, primitive).text("name") or f"material_{index:02d}"
 
 
 def shape_names(mesh: Fields) -> tuple[list[str], list[Note]]:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from mien.core import Blendshapes, FileError, InputError, Mesh, Rig
-from mien.core.arrays import Floats
+from mien.core.arrays import Floats, Ints
 from mien.io.gltf.accessors import floats_at
 from mien.io.gltf.anatomy_read import described
 from mien.io.gltf.binding import bind
@@ -82,8 +82,9 @@ def _character(document: Document) -> Character:
     instances, notes = read_instances(document, scene)
     binding = bind(document, scene, instances, notes)
     anatomy, landmarks, unread = described(document, instances[-1].stop)
+    groups, colours = vertex_groups(instances)
     rig = Rig(
-        _neutral(document, scene, instances, binding.to_world),
+        _neutral(document, scene, instances, binding.to_world, groups),
         _blendshapes(document, instances, binding.to_world[:, :3, :3]),
         None if binding.skin is None else binding.joints.skeleton(scene),
         binding.skin,
@@ -92,6 +93,7 @@ def _character(document: Document) -> Character:
         name=document.path.stem,
         source=document.path,
         notes=(*notes, *unread),
+        colours=colours,
     )
     return Character(document, rig, scene, tuple(binding.joints.nodes), tuple(instances), binding.to_world)
 
@@ -106,7 +108,9 @@ def _check_extensions(document: Document) -> None:
         )
 
 
-def _neutral(document: Document, scene: Scene, instances: list[Instance], to_world: Floats) -> Mesh:
+def _neutral(
+    document: Document, scene: Scene, instances: list[Instance], to_world: Floats, groups: dict[str, Ints]
+) -> Mesh:
     stored = np.concatenate([part.positions for i in instances for part in i.surface.parts])
     vertices = np.einsum("nab,nb->na", to_world[:, :3, :3], stored) + to_world[:, :3, 3]
     if not np.isfinite(vertices).all():
@@ -116,7 +120,7 @@ def _neutral(document: Document, scene: Scene, instances: list[Instance], to_wor
     uv = None
     if any(i.surface.uv is not None for i in instances):
         uv = np.concatenate([_uv(i)[:, side] for i, side in zip(instances, sides, strict=True)])
-    return Mesh(vertices, np.concatenate(triangles), uv, groups=vertex_groups(instances))
+    return Mesh(vertices, np.concatenate(triangles), uv, groups=groups)
 
 
 def _mirrored(instance: Instance, scene: Scene) -> bool:

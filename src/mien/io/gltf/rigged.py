@@ -54,7 +54,8 @@ def write_rigged(
         rig: the face; its first vertices are those of the file `rig.source`, as `read_rig` numbers them.
         clips: animations by name.
         influences: the most joints per vertex, 4 or 8; 4 is what every program shows.
-        colours: linear red, green and blue of vertex groups that the file does not colour itself.
+        colours: linear red, green and blue of vertex groups that the file does not colour itself; the rig's own
+            if None.
 
     Returns:
         What had to be left out.
@@ -73,13 +74,15 @@ def write_rigged(
         skin, notes = limited(rig.skin, influences)
         held = replace(rig, skin=skin)
     if rig.source is None or rig.source.suffix.lower() not in {".glb", ".gltf"}:
-        packing = document_of(path, held, colours or {})
+        packing = document_of(path, held, colours)
         joints: Sequence[int] = range(0 if held.skeleton is None else len(held.skeleton.names))
     else:
         found = character(open_document(rig.source))
         _check_vertices(rig, found)
         own = keeps_its_skin(rig, found)
-        packing, joints, more = _completed(rig if own else held, found, colours or {}, own)
+        packing, joints, more = _completed(
+            rig if own else held, found, rig.colours if colours is None else colours, own
+        )
         notes = more if own else notes + more
     for name, clip in reversed(list(clips.items())):
         animate(packing, clip, () if moved_joints(clip, rig) is None else joints, name)

@@ -64,6 +64,7 @@ def write_rig(
         clip: what it plays.
         name: what to call the animation.
         colours: linear red, green and blue of vertex groups, later ones over earlier; each becomes a material.
+            The rig's own if None.
 
     Raises:
         FileError: `path` cannot be written.
@@ -71,7 +72,7 @@ def write_rig(
     """
     if not len(rig.neutral.triangles):
         raise InputError(f"{rig.name!r} has no triangles; a glTF file needs a surface.")
-    packing = document_of(path, rig, colours or {})
+    packing = document_of(path, rig, colours)
     if clip is not None:
         joints = moved_joints(clip, rig)
         animate(packing, clip, () if joints is None else range(joints.shape[1]), name)

@@ -51,7 +51,7 @@ COLOURS: Mapping[str, tuple[float, float, float]] = {
 @cache
 def globe() -> Rig:
     """Make the globe: 23 cm tall, with the extremes of the three layers; its masks are `MASKS`, its look `COLOURS`."""
-    return posed_rig("globe", parts, POSES, REST, MASKS)
+    return posed_rig("globe", parts, POSES, REST, MASKS, COLOURS)
 
 
 def parts(pose: GlobePose) -> list[Part]:

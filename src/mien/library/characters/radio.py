@@ -54,7 +54,7 @@ HALF = 13.4
 @cache
 def radio() -> Rig:
     """Make the radio: 23 cm tall, with the extremes of the three layers; its masks are `MASKS`, its look `COLOURS`."""
-    return posed_rig("radio", parts, POSES, REST, MASKS)
+    return posed_rig("radio", parts, POSES, REST, MASKS, COLOURS)
 
 
 def parts(pose: RadioPose) -> list[Part]:
@@ -122,19 +122,17 @@ def _controls(pose: RadioPose) -> list[Part]:
 
 
 def _handle(pose: RadioPose) -> list[Part]:
-    """Make the handle, split in the middle: each half turns about its outer end, as a brow does."""
+    """Make the handle: each half turns about its outer end, as a brow does."""
     bow = np.linspace(np.pi, np.pi / 2, 7)
     path = np.concatenate([[[0.0, 0.0]], np.stack([2 + 2.0 * np.cos(bow), 1.9 + 2.0 * np.sin(bow)], axis=1)])
-    path = np.concatenate([path, np.stack([np.linspace(3.2, 8.5, 7), np.linspace(4.0, 4.4, 7)], axis=1)])
-    made = []
-    for side in (1, -1):
-        angle = np.radians(6.0 * pose.handle - 0.45 * pose.slant)
-        spin = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
-        flat = path @ spin * [-side, 1] + [side * 10.2, 5.9]
-        half = tube(np.column_stack([flat, np.full(len(flat), -0.5)]), np.linspace(0.6, 0.72, len(flat)), 14)
-        hub = blob((0.9, 0.9, 1.0), 7, 16).shifted(side * 10.2, 5.9, -0.5)
-        made += [half.named("handle"), hub.named("handle")]
-    return made
+    path = np.concatenate([path, np.stack([np.linspace(3.2, 9.2, 8), np.linspace(4.0, 4.45, 8)], axis=1)])
+    angle = np.radians(6.0 * pose.handle - 0.45 * pose.slant)
+    spin = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    half, thick = path @ spin, np.linspace(0.6, 0.72, len(path))
+    flat = np.concatenate([half * [-1, 1] + [10.2, 5.9], (half + [-10.2, 5.9])[::-1]])
+    grip = tube(np.column_stack([flat, np.full(len(flat), -0.5)]), np.concatenate([thick, thick[::-1]]), 14)
+    hubs = [blob((0.9, 0.9, 1.0), 7, 16).shifted(x, 5.9, -0.5) for x in (10.2, -10.2)]
+    return [part.named("handle") for part in (grip, *hubs)]
 
 
 def _antenna(pose: RadioPose) -> list[Part]:

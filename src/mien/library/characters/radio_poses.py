@@ -17,7 +17,7 @@ class RadioPose:
         tilt, nod: how far all of it leans towards +x and to the front [degrees].
         wring: how far its ends are turned against each other [degrees].
         quake: height of the waves that run along it [cm].
-        handle: how far the inner ends of the handle's halves rise [cm].
+        handle: how far the middle of the handle rises [cm].
         antenna, reach: how far the antenna leans out [degrees], and how much longer it is.
         knobs: how far the knobs are turned [degrees].
         upper, lower: how far the shutters over the speakers are open [degrees].

@@ -9,6 +9,7 @@ from typing import TypeVar
 import numpy as np
 
 from mien.core import Blendshapes, Rig
+from mien.core.rig import Colour
 from mien.library.characters.parts import Part, joined
 from mien.vocabularies.expressions import BLINKS, LAYER_EMOTIONS, VISEMES
 
@@ -21,7 +22,12 @@ Pose = TypeVar("Pose")
 
 
 def posed_rig(
-    name: str, model: Callable[[Pose], Sequence[Part]], poses: Mapping[str, Pose], rest: Pose, masks: Sequence[str]
+    name: str,
+    model: Callable[[Pose], Sequence[Part]],
+    poses: Mapping[str, Pose],
+    rest: Pose,
+    masks: Sequence[str],
+    colours: Mapping[str, Colour],
 ) -> Rig:
     """Return the rig of a character whose parts a function makes for any pose of its controls.
 
@@ -31,6 +37,7 @@ def posed_rig(
         poses: the pose of each extreme that differs from rest.
         rest: the neutral pose.
         masks: the regions whose layers are weighed together (Kholgade et al. 2011, §3.2): vertex groups, put first.
+        colours: linear red, green and blue of vertex groups, later ones over earlier.
     """
     mesh = joined(model(rest))
     deltas = np.zeros((len(EXTREMES), len(mesh.vertices), 3))
@@ -39,4 +46,4 @@ def posed_rig(
             deltas[k] = np.concatenate([part.points for part in model(poses[extreme])]) - mesh.vertices
     groups = {group: mesh.groups[group] for group in (*masks, *mesh.groups)}
     mesh = replace(mesh, vertices=mesh.vertices * CENTIMETRE, groups=groups)
-    return Rig(mesh, Blendshapes(EXTREMES, deltas * CENTIMETRE), name=name)
+    return Rig(mesh, Blendshapes(EXTREMES, deltas * CENTIMETRE), name=name, colours=colours)

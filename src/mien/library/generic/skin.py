@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from mien.core import Mesh, Rig, Skeleton, Skin
 from mien.core.arrays import Floats, Ints
-from mien.core.rig import no_blendshapes
+from mien.core.rig import Colour, no_blendshapes
 from mien.library.generic.landmarks import generic_landmarks
 from mien.library.generic.measures import Measures
+from mien.library.modelling.colours import of_groups
 from mien.library.modelling.half import Head
 
 CENTIMETRE = 0.01
@@ -18,6 +21,21 @@ JOINTS = ("head", "jaw", "eye_left", "eye_right")
 
 NECK_PIVOT = (-2.5, -2.2)
 """Where the head turns on the neck, below and behind the hinge of the jaw [cm]."""
+
+COLOURS: Mapping[str, Colour] = {
+    "face": (0.70, 0.46, 0.35),
+    "ear": (0.70, 0.44, 0.34),
+    "lips": (0.56, 0.25, 0.22),
+    "mouth": (0.25, 0.06, 0.06),
+    "nostril": (0.25, 0.11, 0.09),
+    "brow": (0.09, 0.055, 0.035),
+    "teeth": (0.80, 0.76, 0.68),
+    "tongue": (0.50, 0.17, 0.16),
+    "sclera": (0.82, 0.80, 0.77),
+    "iris": (0.10, 0.16, 0.18),
+    "pupil": (0.01, 0.01, 0.01),
+}
+"""Linear red, green and blue of the parts; where they overlap, the later one shows."""
 
 ALONG = (0.10, 0.42)
 """From where to where along the line from hinge to chin the jaw takes hold of the skin [its length]."""
@@ -38,7 +56,15 @@ def generic_skin(head: Head, measures: Measures) -> Rig:
         joint_weights(head, measures),
         np.asarray(np.linalg.inv(skeleton.rest), np.float64),
     )
-    return Rig(mesh, no_blendshapes(count), skeleton, skin, landmarks=generic_landmarks(head, measures), name="generic")
+    return Rig(
+        mesh,
+        no_blendshapes(count),
+        skeleton,
+        skin,
+        landmarks=generic_landmarks(head, measures),
+        name="generic",
+        colours=of_groups(mesh, COLOURS),
+    )
 
 
 def generic_skeleton(measures: Measures) -> Skeleton:

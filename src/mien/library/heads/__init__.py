@@ -3,14 +3,12 @@
 from collections.abc import Callable, Mapping
 
 from mien.core import Rig
-from mien.library.heads import actor, cartoon, goat, tortoise
 from mien.library.heads.actor import actor_head
 from mien.library.heads.cartoon import cartoon_head
-from mien.library.heads.colours import painted
 from mien.library.heads.goat import goat_head
 from mien.library.heads.tortoise import tortoise_head
 
-__all__ = ["COLOURS", "HEADS", "actor_head", "cartoon_head", "goat_head", "painted", "tortoise_head"]
+__all__ = ["HEADS", "actor_head", "cartoon_head", "goat_head", "tortoise_head"]
 
 HEADS: Mapping[str, Callable[[], Rig]] = {
     "actor": actor_head,
@@ -19,11 +17,3 @@ HEADS: Mapping[str, Callable[[], Rig]] = {
     "goat": goat_head,
 }
 """What makes each head."""
-
-COLOURS: Mapping[str, Mapping[str, tuple[float, float, float]]] = {
-    "actor": actor.COLOURS,
-    "cartoon": cartoon.COLOURS,
-    "tortoise": tortoise.COLOURS,
-    "goat": goat.COLOURS,
-}
-"""Linear red, green and blue of each head's parts; where parts overlap, the later one shows."""

@@ -109,4 +109,4 @@ COLOURS: Mapping[str, tuple[float, float, float]] = {
 
 def actor_head() -> Rig:
     """Make the actor's head: a bare mesh with landmarks."""
-    return modelled(ACTOR)
+    return modelled(ACTOR, COLOURS)

@@ -112,4 +112,4 @@ COLOURS: Mapping[str, tuple[float, float, float]] = {
 
 def cartoon_head() -> Rig:
     """Make the cartoon's head: a bare mesh with landmarks."""
-    return modelled(CARTOON)
+    return modelled(CARTOON, COLOURS)

@@ -116,4 +116,4 @@ COLOURS: Mapping[str, tuple[float, float, float]] = {
 
 def goat_head() -> Rig:
     """Make the goat's head: a bare mesh with landmarks."""
-    return modelled(GOAT)
+    return modelled(GOAT, COLOURS)

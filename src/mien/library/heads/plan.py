@@ -9,12 +9,13 @@ import numpy as np
 
 from mien.core import Mesh, Rig, SurfacePoints
 from mien.core.arrays import Floats, Ints
-from mien.core.rig import no_blendshapes
+from mien.core.rig import Colour, no_blendshapes
 from mien.library.heads.clay import cast, rotation
 from mien.library.heads.cover import Cover, cover
 from mien.library.heads.eyes import Eye, eye_rings, eyeball
 from mien.library.heads.mouth import Mouth, mouth_rings
 from mien.library.heads.pits import Pit, pit_rings
+from mien.library.modelling.colours import of_groups
 from mien.library.modelling.half import Half, mirrored
 from mien.library.modelling.solids import Point, Solids
 
@@ -58,8 +59,13 @@ class Plan:
     parts: tuple[Part, ...] = field(default=())
 
 
-def modelled(plan: Plan) -> Rig:
-    """Model the head of a plan: skin, eyeballs and parts, with its landmarks and no rig."""
+def modelled(plan: Plan, colours: Mapping[str, Colour]) -> Rig:
+    """Model the head of a plan: skin, eyeballs and parts, with its landmarks and no rig.
+
+    Args:
+        plan: the head.
+        colours: linear red, green and blue of parts: of groups of that name, on the left, on the right and elsewhere.
+    """
     half, marks = Half(), dict[str, int]()
     borders = [eye_rings(half, plan.eye, plan.solids, marks), mouth_rings(half, plan.mouth, plan.solids, marks)]
     borders += [pit_rings(half, pit, plan.solids) for pit in plan.pits]
@@ -74,7 +80,9 @@ def modelled(plan: Plan) -> Rig:
     marks |= {other: int(head.mirror[vertex]) for name, vertex in marks.items() if (other := _opposite(name)) != name}
     mesh = Mesh(head.vertices * CENTIMETRE, head.triangles, groups=head.groups)
     landmarks = {name: SurfacePoints.at_vertices(np.array([vertex])) for name, vertex in sorted(marks.items())}
-    return Rig(mesh, no_blendshapes(len(mesh.vertices)), landmarks=landmarks, name=plan.name)
+    return Rig(
+        mesh, no_blendshapes(len(mesh.vertices)), landmarks=landmarks, name=plan.name, colours=of_groups(mesh, colours)
+    )
 
 
 def _neck(half: Half, plan: Plan) -> tuple[Ints, Floats]:

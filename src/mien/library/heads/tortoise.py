@@ -95,4 +95,4 @@ COLOURS: Mapping[str, tuple[float, float, float]] = {
 
 def tortoise_head() -> Rig:
     """Make the tortoise's head: a bare mesh with landmarks."""
-    return modelled(TORTOISE)
+    return modelled(TORTOISE, COLOURS)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from mien.core import InputError, Note
 from mien.core.arrays import Floats, floats
@@ -83,12 +82,8 @@ class LearntLatent:
 
     def map(self, X: Floats) -> Floats:
         """Map source rows `(f, dx)` in the order of time, NaN where not seen, to target rows `(f, dy)` (eq. 18)."""
-        state, found = self.start(), []
-        with threadpool_limits(limits=1):
-            for x in self._rows(X):
-                state, y = self.step(state, x)
-                found.append(y)
-        return np.array(found).reshape(len(X), len(self.target_scaling.mean))
+        z, _ = self._found(X)
+        return self.target_scaling.undo(self.target.regressor.mean(z))
 
     def variance(self, X: Floats) -> Floats:
         """Return the predictive variance `(f, dy)` of what `map` returns."""
@@ -96,18 +91,20 @@ class LearntLatent:
 
     def trace(self, X: Floats) -> Mapping:
         """Map source rows `(f, dx)` and return all that is found on the way."""
-        state, latent, recovered, values = self.start(), [], [], []
-        with threadpool_limits(limits=1):
-            for x in self._rows(X):
-                state, y = self.step(state, x)
-                values.append(y)
-                latent.append(state.z)
-                recovered.append(state.x)
-        z = np.array(latent).reshape(len(X), self.source.z.shape[1])
-        meant = np.array(recovered).reshape(len(X), len(self.source_scaling.mean))
+        z, meant = self._found(X)
+        values = self.target_scaling.undo(self.target.regressor.mean(z))
         variance = self.target.regressor.variance(z) * self.target_scaling.scale**2
-        y = np.array(values).reshape(len(X), len(self.target_scaling.mean))
-        return Mapping(y, variance, self.source_scaling.undo(meant), z)
+        return Mapping(values, variance, self.source_scaling.undo(meant), z)
+
+    def _found(self, X: Floats) -> tuple[Floats, Floats]:
+        """Return the latent points `(f, q)` and the rows as meant `(f, dx)`, scaled."""
+        rows = self.source_scaling(floats(X, (None, len(self.source_scaling.mean)), "source rows", nan=True))
+        z, meant = np.empty((len(rows), self.source.z.shape[1])), np.empty_like(rows)
+        state = self.start()
+        for i, row in enumerate(rows):
+            state = self.source.step(state, row)
+            z[i], meant[i] = state.z, state.x
+        return z, meant
 
     def complete(self, given: Floats) -> tuple[Floats, Floats]:
         """Complete a pose of which a few entries are given (character posing, §3).
@@ -129,6 +126,3 @@ class LearntLatent:
         assert found.z is not None
         variance = self.target.regressor.variance(found.z[None])[0] * self.target_scaling.scale**2
         return self.target_scaling.undo(found.x), variance
-
-    def _rows(self, X: Floats) -> Floats:
-        return floats(X, (None, len(self.source_scaling.mean)), "source rows", nan=True)

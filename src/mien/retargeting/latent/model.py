@@ -12,8 +12,6 @@ from scipy.sparse import csr_array, eye_array
 
 from mien.core import InputError, Note
 from mien.core.arrays import Floats
-from mien.retargeting.latent.dense import DenseLikelihood
-from mien.retargeting.latent.kernel import START, Kernel
 from mien.retargeting.latent.learnt import Convergence, LearntLatent
 from mien.retargeting.latent.neighbours import joint_operator, residual_operator
 from mien.retargeting.latent.observe import Observer
@@ -24,7 +22,9 @@ from mien.retargeting.latent.sparse import SparseLikelihood
 from mien.retargeting.samples import Samples
 from mien.retargeting.scaling import Scaling
 from mien.retargeting.settings import in_range
+from mien.solve.gaussian_kernel import START, Kernel
 from mien.solve.minimise import Minimum, minimise
+from mien.solve.process_likelihood import DenseLikelihood
 
 SHARE = 0.98
 """Of the source's variance that the latent space holds if its dimensions are chosen from the data."""
@@ -189,7 +189,9 @@ def _account(found: Minimum, gradient: float) -> Convergence:
 def _doubts(scaled: Samples, convergence: Convergence) -> tuple[Note, ...]:
     notes = []
     if len(scaled) == 1:
-        notes.append(Note("one-label", "there is a single label, so every frame becomes much the same pose; label more."))
+        notes.append(
+            Note("one-label", "there is a single label, so every frame becomes much the same pose; label more.")
+        )
     if not convergence.converged:
         text = (
             f"learning stopped after {convergence.iterations} iterations at a gradient of {convergence.gradient:.1e} of the "
@@ -197,4 +199,3 @@ def _doubts(scaled: Samples, convergence: Convergence) -> tuple[Note, ...]:
         )
         notes.append(Note("not-converged", text))
     return tuple(notes)
-

@@ -14,19 +14,21 @@ import numpy as np
 
 from mien.core.arrays import Flags, Floats
 from mien.retargeting.latent.regressor import Regressor
-from mien.retargeting.latent.search import SMALLEST, descend, lower_start
+from mien.retargeting.latent.search import find, nearest_row
 
 
 class State(NamedTuple):
-    """What a frame needs of the one before; both are None before the first.
+    """What a frame needs of the one before; all are None before the first.
 
     Attributes:
         x: `(d,)` the observation as it was probably meant, scaled.
         z: `(q,)` its latent point.
+        bend: `(q, q)` the inverse Hessian there: the next frame's search begins with it.
     """
 
     x: Floats | None
     z: Floats | None
+    bend: Floats | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,25 +63,24 @@ class Observer:
             return State(centre, self.nearest(centre, seen | True))
         wanted, weight = self._pull(observed, seen, state.x)
         near = self.nearest(observed, seen)
-        z, _ = self._descend(wanted, weight, near if state.z is None else state.z, near, bool(seen.all()))
-        return State(self._meant(z, wanted, weight), z)
+        bend = np.zeros((len(near), len(near))) if state.bend is None else state.bend.copy()
+        x, z, _ = self._find(wanted, weight, near if state.z is None else state.z, near, bend)
+        return State(x, z, bend)
 
     def best(self, observed: Floats, count: int) -> State:
         """Find a single observation `(d,)`, starting from each of so many closest rows: the one of the lowest energy."""
         seen = ~np.isnan(observed)
         wanted, weight = self._pull(observed, seen, None)
         order = np.argsort(((self._filled[:, seen] - observed[seen]) ** 2).sum(axis=1), kind="stable")
-        found = [self._descend(wanted, weight, self.z[i], self.z[i], bool(seen.all())) for i in order[:count]]
-        z, _ = min(found, key=lambda pair: pair[1])
-        return State(self._meant(z, wanted, weight), z)
+        q = self.z.shape[1]
+        starts = self.z[order[:count]]
+        x, z, _ = min((self._find(wanted, weight, s, s, np.zeros((q, q))) for s in starts), key=lambda found: found[2])
+        return State(x, z)
 
     def nearest(self, observed: Floats, seen: Flags) -> Floats:
         """Return the latent point of the training row closest over what is seen, as published."""
-        if seen.all():
-            order = self._norms - 2 * (self._filled @ observed)
-        else:
-            order = ((self._filled[:, seen] - observed[seen]) ** 2).sum(axis=1)
-        return np.asarray(self.z[int(np.argmin(order))])
+        where = nearest_row(self._filled, np.where(seen, observed, 0.0), seen.astype(np.float64))
+        return np.ascontiguousarray(self.z[where])
 
     def _pull(self, observed: Floats, seen: Flags, before: Floats | None) -> tuple[Floats, Floats]:
         """Return where the observation and the frame before pull `x` to, and with what precision."""
@@ -89,43 +90,26 @@ class Observer:
         total = now * np.where(seen, observed, 0.0) + (0.0 if before is None else kept * before)
         return np.divide(total, weight, out=np.zeros(len(weight)), where=weight > 0), weight
 
-    def _descend(self, wanted: Floats, weight: Floats, one: Floats, other: Floats, whole: bool) -> tuple[Floats, float]:
-        r = self.regressor
-        kernel = np.array([r.kernel.height, r.kernel.steepness, r.kernel.noise, len(wanted)])
-        coefficients, rest = r.coefficients, np.zeros(2)
-        if whole:
-            turn, coefficients = self._turned
-            within = wanted @ turn
-            rest = np.array([max(float(wanted @ wanted - within @ within), 0.0), weight[0]])
-            wanted, weight = within, np.full(len(within), weight[0])
-        problem = (r.centres, kernel, coefficients, self._reduction, wanted, weight, rest)
-        z = lower_start(np.ascontiguousarray(one), np.ascontiguousarray(other), *problem)
-        lowest, _, _ = descend(z, *problem)
-        return z, float(lowest)
-
-    def _meant(self, z: Floats, wanted: Floats, weight: Floats) -> Floats:
-        """Return the best observation for a latent point, in closed form."""
-        r = self.regressor
-        k = r.kernel(z[None], r.centres)[0]
-        variance = max(r.kernel.height + r.kernel.noise - float(k @ self._reduction @ k), SMALLEST)
-        share = weight * variance / (weight * variance + 1)
-        return np.asarray(share * wanted + (1 - share) * (k @ r.coefficients))
+    def _find(
+        self, wanted: Floats, weight: Floats, one: Floats, other: Floats, bend: Floats
+    ) -> tuple[Floats, Floats, float]:
+        """Search from the better of two points; return the observation as meant, its latent point and the energy."""
+        z, meant = np.array(one), np.empty(len(wanted))
+        centres, kernel, coefficients, turn, turned, reduction = self._compiled
+        problem = (centres, kernel, coefficients, turn, turned, reduction)
+        lowest = find(z, np.array(other), bend, *problem, wanted, weight, meant)
+        return meant, z, float(lowest)
 
     @cached_property
-    def _turned(self) -> tuple[Floats, Floats]:
-        """Directions `(d, r)` in which the mean can move, and the coefficients in them."""
-        turn, triangle = np.linalg.qr(self.regressor.coefficients.T)
-        return np.ascontiguousarray(turn), np.ascontiguousarray(triangle.T)
-
-    @cached_property
-    def _reduction(self) -> Floats:
-        """The reduction that most dimensions share: one variance serves a whole frame, as published."""
-        return np.ascontiguousarray(self.regressor.reductions[np.bincount(self.regressor.kind).argmax()])
+    def _compiled(self) -> tuple[Floats, ...]:
+        """What the search needs of the regressor; one variance serves a whole row, as published: the commonest one."""
+        r = self.regressor
+        kernel = np.array([r.kernel.height, r.kernel.steepness, r.kernel.noise, r.coefficients.shape[1]])
+        turn, triangle = np.linalg.qr(r.coefficients.T)
+        reduction = r.reductions[np.bincount(r.kind).argmax()]
+        parts = (r.centres, kernel, r.coefficients, turn, triangle.T, reduction)
+        return tuple(np.array(part, dtype=np.float64, order="C") for part in parts)
 
     @cached_property
     def _filled(self) -> Floats:
         return np.nan_to_num(self.rows)
-
-    @cached_property
-    def _norms(self) -> Floats:
-        return np.asarray((self._filled**2).sum(axis=1))

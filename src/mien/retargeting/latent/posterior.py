@@ -8,9 +8,9 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from mien.core.arrays import Floats, Ints
-from mien.retargeting.latent.dense import DenseLikelihood
-from mien.retargeting.latent.kernel import BOUNDS
 from mien.retargeting.latent.sparse import SparseLikelihood
+from mien.solve.gaussian_kernel import BOUNDS
+from mien.solve.process_likelihood import DenseLikelihood
 
 
 @dataclass(frozen=True, eq=False)

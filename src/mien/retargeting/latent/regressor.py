@@ -12,10 +12,10 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
 from mien.core.arrays import Floats, Ints
-from mien.retargeting.latent.dense import blocks, inverse_of
-from mien.retargeting.latent.kernel import Kernel
 from mien.retargeting.latent.search import SMALLEST
 from mien.retargeting.latent.sparse import JITTER
+from mien.solve.gaussian_kernel import Kernel
+from mien.solve.process_likelihood import blocks, inverse_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +48,7 @@ class Regressor:
             points = z[block.rows]
             inverse, _ = inverse_of(kernel(points, points), kernel.noise)
             coefficients[np.ix_(block.rows, block.columns)] = inverse @ block.values
-            reductions[np.ix_([b], block.rows, block.rows)] = inverse
+            reductions[b][np.ix_(block.rows, block.rows)] = inverse
             kind[block.columns] = b
         return cls(z, kernel, coefficients, reductions, kind)
 

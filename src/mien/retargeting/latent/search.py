@@ -16,6 +16,8 @@ from mien.core.arrays import Floats
 ITERATIONS = 100
 FLAT = 1e-5
 """A frame is found when no entry of the gradient exceeds this share of the energy's size."""
+WORTH = 1e-8
+"""Nor is a step taken that promises less than this share: rounding would hide it."""
 SMALLEST = 1e-9
 """The predictive variance is at least the kernel's noise; rounding must not make it less than this."""
 
@@ -92,12 +94,13 @@ def energy(
             gradient[j] -= pull * (z[j] - centres[i, j])
     for j in range(q):
         value += 0.5 * z[j] * z[j]
-    return value
+    return float(value)
 
 
 @njit(cache=True, nogil=True)
 def descend(
     z: Floats,
+    inverse: Floats,
     centres: Floats,
     kernel: Floats,
     coefficients: Floats,
@@ -106,29 +109,39 @@ def descend(
     weight: Floats,
     rest: Floats,
 ) -> tuple[float, float, int]:
-    """Move a latent point to a minimum of `energy` in place; return the energy, the largest gradient left, and the evaluations."""
+    """Move a latent point to a minimum of `energy` in place.
+
+    Args:
+        z: `(q,)` the point, moved.
+        inverse: `(q, q)` the inverse Hessian to begin with, improved; zero if none is known.
+        centres: this and the others as for `energy`.
+        kernel: as above.
+        coefficients: as above.
+        reduction: as above.
+        wanted: as above.
+        weight: as above.
+        rest: as above.
+
+    Returns:
+        The energy, the largest derivative left, and how often the energy was computed.
+    """
     q = len(z)
     work = np.empty((3, max(len(centres), len(wanted))))
     g, g_new, direction, trial = np.empty(q), np.empty(q), np.empty(q), np.empty(q)
-    inverse = np.eye(q)
     value = energy(z, centres, kernel, coefficients, reduction, wanted, weight, rest, g, work)
-    evaluations, scaled = 1, False
+    evaluations, scaled = 1, inverse[0, 0] > 0
     for _ in range(ITERATIONS):
-        if np.abs(g).max() <= FLAT * max(1.0, abs(value)):
-            break
-        slope = 0.0
-        for i in range(q):
-            direction[i] = 0.0
-            for j in range(q):
-                direction[i] -= inverse[i, j] * g[j]
-            slope += direction[i] * g[i]
+        size = max(1.0, abs(value))
+        slope = downhill(inverse, g, direction) if scaled else 0.0
         if slope >= 0:
-            inverse, scaled = np.eye(q), False
+            scaled = False
             direction[:] = -g
             slope = -(g * g).sum()
+        if np.abs(g).max() <= FLAT * size or (scaled and -slope <= WORTH * size):
+            break
         step = 1.0 if scaled else min(1.0, 0.1 / np.sqrt(-slope))
         accepted = False
-        for _ in range(30):
+        for _ in range(12):
             trial[:] = z + step * direction
             new = energy(trial, centres, kernel, coefficients, reduction, wanted, weight, rest, g_new, work)
             evaluations += 1
@@ -136,14 +149,29 @@ def descend(
                 accepted = True
                 break
             step *= min(0.5, max(0.1, -0.5 * slope * step / (new - value - slope * step)))
-        if not accepted:
-            if not scaled:
-                break
-            inverse, scaled = np.eye(q), False
-            continue
-        scaled = learn(inverse, trial - z, g_new - g, scaled)
-        z[:], g[:], value = trial, g_new, new
+        if accepted:
+            scaled = learn(inverse, trial - z, g_new - g, scaled)
+            z[:], g[:], value = trial, g_new, new
+        elif scaled:
+            scaled = False
+        else:
+            break
+    if not scaled:
+        inverse[:] = 0.0
     return value, np.abs(g).max(), evaluations
+
+
+@njit(cache=True, nogil=True)
+def downhill(inverse: Floats, g: Floats, direction: Floats) -> float:
+    """Fill the quasi-Newton direction and return the slope along it."""
+    slope = 0.0
+    for i in range(len(g)):
+        total = 0.0
+        for j in range(len(g)):
+            total -= inverse[i, j] * g[j]
+        direction[i] = total
+        slope += total * g[i]
+    return slope
 
 
 @njit(cache=True, nogil=True)
@@ -166,21 +194,90 @@ def learn(inverse: Floats, moved: Floats, change: Floats, scaled: bool) -> bool:
     return True
 
 
-@njit(cache=True, nogil=True)
-def lower_start(
-    first: Floats,
-    second: Floats,
+@njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "nsz"})
+def find(
+    z: Floats,
+    other: Floats,
+    bend: Floats,
     centres: Floats,
     kernel: Floats,
     coefficients: Floats,
+    turn: Floats,
+    turned: Floats,
     reduction: Floats,
     wanted: Floats,
     weight: Floats,
-    rest: Floats,
-) -> Floats:
-    """Return a copy of whichever of two latent points has the lower energy."""
-    work = np.empty((3, max(len(centres), len(wanted))))
-    g = np.empty(len(first))
-    one = energy(first, centres, kernel, coefficients, reduction, wanted, weight, rest, g, work)
-    two = energy(second, centres, kernel, coefficients, reduction, wanted, weight, rest, g, work)
-    return first.copy() if one <= two else second.copy()
+    meant: Floats,
+) -> float:
+    """Find the latent point of an observation and what was probably meant by it.
+
+    If all dimensions weigh the same, only the `r` directions are looked at in which the mean
+    can move; the rest is one number.
+
+    Args:
+        z: `(q,)` where to begin; out, the latent point.
+        other: `(q,)` another place, taken if it is better.
+        bend: `(q, q)` the inverse Hessian, as for `descend`.
+        centres: as for `energy`, and so are those not named here.
+        kernel: as above.
+        coefficients: `(n, d)`.
+        turn: `(d, r)` orthonormal directions that hold all coefficients.
+        turned: `(n, r)` the coefficients in them.
+        reduction: as above.
+        wanted: `(d,)`.
+        weight: `(d,)`.
+        meant: `(d,)` out, the best observation for the point found (eq. 12 solved for `x`).
+
+    Returns:
+        The energy.
+    """
+    d, n = len(wanted), len(centres)
+    even = True
+    for i in range(d):
+        even = even and weight[i] == weight[0]
+    rest = np.zeros(2)
+    if even:
+        within = np.zeros(turn.shape[1])
+        for i in range(d):
+            rest[0] += wanted[i] * wanted[i]
+            for j in range(len(within)):
+                within[j] += wanted[i] * turn[i, j]
+        rest[0] = max(rest[0] - (within * within).sum(), 0.0)
+        rest[1] = weight[0]
+        problem = (centres, kernel, turned, reduction, within, np.full(len(within), weight[0]), rest)
+    else:
+        problem = (centres, kernel, coefficients, reduction, wanted, weight, rest)
+    work = np.empty((3, max(n, d)))
+    g = np.empty(len(z))
+    if energy(other, *problem, g, work) < energy(z, *problem, g, work):
+        z[:] = other
+    lowest = descend(z, bend, *problem)[0]
+    k = work[0, :n]
+    respond(z, centres, kernel[0], kernel[1], k)
+    meant[:] = 0.0
+    variance = kernel[0] + kernel[2]
+    for i in range(n):
+        total = 0.0
+        for j in range(n):
+            total += reduction[i, j] * k[j]
+        variance -= total * k[i]
+        for j in range(d):
+            meant[j] += k[i] * coefficients[i, j]
+    variance = max(variance, SMALLEST)
+    for j in range(d):
+        meant[j] += weight[j] * variance / (weight[j] * variance + 1) * (wanted[j] - meant[j])
+    return lowest
+
+
+@njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "nsz"})
+def nearest_row(rows: Floats, observed: Floats, seen: Floats) -> int:
+    """Return the row `(n, d)` closest to an observation `(d,)` over what is seen (1, else 0)."""
+    best, where = np.inf, 0
+    for i in range(len(rows)):
+        distance = 0.0
+        for j in range(len(observed)):
+            difference = rows[i, j] - observed[j]
+            distance += seen[j] * difference * difference
+        if distance < best:
+            best, where = distance, i
+    return where

@@ -14,8 +14,8 @@ import numpy as np
 from scipy.linalg import cho_solve, cholesky
 
 from mien.core.arrays import Floats
-from mien.retargeting.latent.dense import Block, blocks
-from mien.retargeting.latent.kernel import Kernel
+from mien.solve.gaussian_kernel import Kernel
+from mien.solve.process_likelihood import Block, blocks
 
 JITTER = 1e-6
 """Added to `K_uu`, in units of θ1: inducing points may meet."""

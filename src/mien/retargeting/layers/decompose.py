@@ -97,19 +97,18 @@ class Decomposer:
             shown, known = moved[begin:end], seen[begin:end]
             if before is None and not known[0].any():
                 shown, known = np.zeros_like(shown), np.ones_like(known)
-            data, energy = self.project(shown, known)
+            data, energy = self.project(shown)
             part = solve_layered(self.problem(known[0], smooth), data, energy, gamma[begin:end], before)
             before = part.last
             parts.append(part)
         return _joined(parts)
 
-    def project(self, moved: Floats, seen: Flags) -> tuple[Floats, Floats]:
-        """Return `c_l = Bᵀ M_l x̂` `(F, m, N)` and `‖x̂‖²` `(F,)`, means over the points."""
+    def project(self, moved: Floats) -> tuple[Floats, Floats]:
+        """Return `c_l = Bᵀ M_l x̂` `(F, m, N)` and `‖x̂‖²` `(F,)`, means over the points; NaN points say nothing."""
         order, borders, basis = self._sorted
-        x = np.where(seen[..., None], moved, 0.0)[:, order].reshape(len(moved), -1) * self._root
         data = np.empty((len(moved), len(borders) - 1, len(basis)))
         energy = np.empty(len(moved))
-        project_frames(basis, borders, x, data, energy)
+        project_frames(basis, borders, order, self._root, np.ascontiguousarray(moved), data, energy)
         return data, energy
 
     def problem(self, seen: Flags, smooth: float) -> LayeredProblem:

@@ -39,7 +39,7 @@ class Layer:
         offsets: `(K, P, 3)` of the points from rest, the columns of the paper's `B_j`.
 
     Raises:
-        InputError: fewer than two extremes, or two that are the same.
+        InputError: fewer than two extremes, or repeated names.
     """
 
     name: str
@@ -55,18 +55,24 @@ class Layer:
                 f"the layer {self.name!r} has {len(self.extremes)} extremes ({', '.join(self.extremes) or 'none'}), which "
                 "nothing can be mixed between; give it at least two, the face at rest among them, or leave it out."
             )
-        self._check_distinct()
 
-    def _check_distinct(self) -> None:
-        flat = self.offsets.reshape(len(self.extremes), -1)
-        close = ALIKE * max(float(np.abs(flat).max(initial=0.0)), 1e-300)
-        for i, row in enumerate(flat):
-            same = [k for k in range(i) if np.abs(flat[k] - row).max(initial=0.0) <= close]
-            if same:
-                raise InputError(
-                    f"the extremes {self.extremes[same[0]]!r} and {self.extremes[i]!r} of the layer {self.name!r} are the same "
-                    "face at these points, so nothing tells them apart; pick other frames, or leave one out."
-                )
+
+def told_apart(layer: Layer) -> Layer:
+    """Return the layer, once it is sure that no two of its extremes are the same face.
+
+    Raises:
+        InputError: two are.
+    """
+    flat = layer.offsets.reshape(len(layer.extremes), -1)
+    close = ALIKE * max(float(np.abs(flat).max(initial=0.0)), 1e-300)
+    for i, row in enumerate(flat):
+        same = [k for k in range(i) if np.abs(flat[k] - row).max(initial=0.0) <= close]
+        if same:
+            raise InputError(
+                f"the extremes {layer.extremes[same[0]]!r} and {layer.extremes[i]!r} of the layer {layer.name!r} are the same "
+                "face at these points, so nothing tells them apart; pick other frames, or leave one out."
+            )
+    return layer
 
 
 @dataclass(frozen=True, eq=False)

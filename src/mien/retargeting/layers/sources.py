@@ -10,7 +10,7 @@ import numpy as np
 from mien.core import Examples, InputError, Labels, Note, Rig
 from mien.core.arrays import Floats
 from mien.core.errors import unknown
-from mien.retargeting.layers.model import Layer, LayeredFace, natural_regions, regions_of_groups
+from mien.retargeting.layers.model import Layer, LayeredFace, natural_regions, regions_of_groups, told_apart
 from mien.vocabularies import arkit_name, shape_key
 from mien.vocabularies.expressions import BLINKS, LAYER_EMOTIONS, NEUTRAL, VISEMES
 
@@ -79,7 +79,7 @@ def layers_of_rig(rig: Rig, table: Table | None = None) -> tuple[Layer, ...]:
         table: which blendshapes make which extreme; told from their names if None.
 
     Raises:
-        InputError: there are no layers, or the table names an unknown shape.
+        InputError: there are no layers, the table names an unknown shape, or two extremes are the same.
     """
     found = table_of(rig) if table is None else table
     if not found:
@@ -95,7 +95,7 @@ def layers_of_rig(rig: Rig, table: Table | None = None) -> tuple[Layer, ...]:
             for shape, weight in recipe.items():
                 row[shapes.index(shape)] = weight
         offsets = np.tensordot(recipes, shapes.deltas, axes=1)
-        layers.append(Layer(name, tuple(extremes), offsets))
+        layers.append(told_apart(Layer(name, tuple(extremes), offsets)))
     return tuple(layers)
 
 
@@ -161,7 +161,7 @@ def picked_layers(picks: Sequence[Pick], take: Floats, names: Sequence[str]) -> 
         names: `P` names of the points, for errors.
 
     Raises:
-        InputError: a frame does not exist or misses a point; or as `Layer`.
+        InputError: a frame does not exist or misses a point, two extremes are the same; or as `Layer`.
     """
     if not picks:
         raise InputError("no frames are picked as extremes; name at least two of one layer.")
@@ -182,7 +182,7 @@ def picked_layers(picks: Sequence[Pick], take: Floats, names: Sequence[str]) -> 
         if extreme in own:
             raise InputError(f"{layer}.{extreme} is picked at two frames; an extreme is one frame.")
         own[extreme] = take[frame]
-    return tuple(Layer(name, tuple(own), np.stack(list(own.values()))) for name, own in offsets.items())
+    return tuple(told_apart(Layer(name, tuple(own), np.stack(list(own.values())))) for name, own in offsets.items())
 
 
 def split_notes(rig: Rig) -> tuple[Note, ...]:

@@ -27,6 +27,7 @@ from mien.rigging.blendshapes import dense
 from mien.rigging.blendshapes.gradients import deformation, frames, gradient, hat_gradients, upright
 from mien.rigging.dense import DenseFit
 from mien.rigging.maps import overall
+from mien.rigging.warp_and_stick.sheet import twins_of
 
 STILL = 1e-3
 """Vertices that move less than this share of the largest displacement in every shape are held."""
@@ -41,16 +42,18 @@ def transfer(deltas: Floats, fit: DenseFit, back: SurfacePoints) -> Floats:
     own = fit.source.triangles[fit.source_skin[fit.source.triangles].all(axis=1)]
     number = np.cumsum(fit.target_skin) - 1
     triangles = number[fit.target.triangles[fit.target_skin[fit.target.triangles].all(axis=1)]]
-    return solve(
-        fit.source.vertices,
-        own,
-        deltas,
-        fit.target.vertices[fit.target_skin],
-        triangles,
-        back,
-        guess=dense.transfer(deltas, fit, back),
-        turn=overall(fit).rotation,
-    )
+    target = fit.target.vertices[fit.target_skin]
+    one = _welded(target, triangles)
+    guess, turn = dense.transfer(deltas, fit, back), overall(fit).rotation
+    return solve(fit.source.vertices, own, deltas, target, one[triangles], back, guess=guess, turn=turn)[:, one]
+
+
+def _welded(vertices: Floats, triangles: Ints) -> Ints:
+    """Return for each vertex `(N,)` the one that stands for it: a texture seam must not become a crack."""
+    twins, n = twins_of(vertices, triangles), len(vertices)
+    linked = sparse.csr_matrix((np.ones(len(twins)), (twins[:, 0], twins[:, 1])), shape=(n, n))
+    label = connected_components(linked, directed=False)[1]
+    return np.asarray(np.unique(label, return_index=True)[1][label])
 
 
 def solve(

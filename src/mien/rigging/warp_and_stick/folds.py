@@ -21,6 +21,8 @@ from mien.rigging.warp_and_stick.stick import Anchors, Stuck, stick
 
 ROUNDS = 5
 """The skin is relaxed this far around a fold, in edges, one more each time."""
+MOST_MOVED = 0.2
+"""A patch in which a vertex moves by more than this share of the face's radius is left as it was."""
 
 
 def folded(before: Floats, after: Floats, triangles: Ints) -> Flags:
@@ -58,12 +60,16 @@ def smooth_out(film: Sheet, order: Floats, ground: Sheet, stuck: Stuck, held: In
         anchors = Anchors(kept, stuck.points.take(kept), np.ones(len(kept), dtype=np.bool_))
         trial = stick(relaxed, order, ground, anchors, radius)
         after = folded(film.vertices, trial.points.of(ground.vertices), film.triangles)
-        stuck = _merged(stuck, trial, free & _improved(graph, free, film.triangles, folds, after))
+        moved = np.linalg.norm(trial.points.of(ground.vertices) - stuck.points.of(ground.vertices), axis=1)
+        worse = (moved > MOST_MOVED * radius) | (trial.adrift & ~stuck.adrift)
+        stuck = _merged(stuck, trial, _improved(graph, free, film.triangles, folds, after, worse))
     return stuck
 
 
-def _improved(graph: sparse.csr_matrix, free: Flags, triangles: Ints, before: Flags, after: Flags) -> Flags:
-    """Return the vertices of those patches that have fewer folds than before `(N,)`."""
+def _improved(
+    graph: sparse.csr_matrix, free: Flags, triangles: Ints, before: Flags, after: Flags, worse: Flags
+) -> Flags:
+    """Return the vertices of those patches that have fewer folds than before, and none `worse` `(N,)`."""
     inside = np.flatnonzero(free)
     count, part = connected_components(graph[inside][:, inside], directed=False)
     patch_of = np.full(len(free), -1, dtype=np.int64)
@@ -71,7 +77,8 @@ def _improved(graph: sparse.csr_matrix, free: Flags, triangles: Ints, before: Fl
     owner = patch_of[triangles].max(axis=1)  # a triangle's free corners are neighbours, so in one patch
     touched = owner >= 0
     gain = np.bincount(owner[touched], before[touched].astype(np.float64) - after[touched], minlength=count)
-    return np.asarray((gain > 0)[patch_of] & free)
+    spoilt = np.bincount(part, worse[inside], minlength=count) > 0
+    return np.asarray(((gain > 0) & ~spoilt)[patch_of] & free)
 
 
 def _merged(old: Stuck, new: Stuck, taken: Flags) -> Stuck:

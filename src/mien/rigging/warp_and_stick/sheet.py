@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components, dijkstra
-from scipy.sparse.linalg import spsolve
 from scipy.spatial import cKDTree
 
 from mien.core.arrays import Flags, Floats, Ints
@@ -84,10 +83,9 @@ class Sheet:
         """Return in which order the vertices are to be laid `(N,)`: larger values first.
 
         A seam is where skin is near other skin that is far along the surface: between
-        lips, lids, behind the ears.  Open skin has its distance from the seams.  Seams, and
-        what lies behind them, have the negative of the time a random walk takes from there to
-        the open skin: it falls most steeply where the way out is widest, over the lip and not
-        through the corner of the mouth.  So each side of a seam is reached across its own side.
+        lips, lids, behind the ears.  Open skin has its distance from the seams; seams, and
+        what lies behind them, the negative of their distance from the open skin.  So each
+        side of a seam is reached across its own side.
 
         Args:
             radius: the face's radius [m].
@@ -104,26 +102,8 @@ class Sheet:
         outside = clear[np.isin(part, part[np.isin(clear, landmarks)])]
         if not len(outside):
             return everywhere
-        order = np.minimum(from_seams, 1e3 * radius)
-        inside = np.ones(len(order), dtype=np.bool_)
-        inside[outside] = False
-        inside &= np.diff(self.ways.starts) > 0
-        order[inside] = -self._exit_times(np.flatnonzero(inside))
-        return order
-
-    def _exit_times(self, inside: Ints) -> Floats:
-        """Return the mean time a random walk takes from some vertices to any of the others."""
-        n = len(self.vertices)
-        a, b, c = (self.vertices[self.triangles[:, i]] for i in range(3))
-        areas = np.repeat(np.linalg.norm(np.cross(b - a, c - a), axis=1) / 6, 3)
-        area = np.bincount(self.triangles.ravel(), areas, minlength=n)
-        lengths = self.graph(shortest=1e-3 * float(np.median(self.ways.lengths)))
-        rows = np.repeat(np.arange(n), np.diff(lengths.indptr))
-        pull = lengths.copy()
-        pull.data = (area[rows] + area[lengths.indices]) / lengths.data**2
-        out = np.asarray(pull.sum(axis=1)).ravel()[inside]
-        system = sparse.diags(out * (1 + 1e-9) + 1e-300) - pull[inside][:, inside]
-        return np.asarray(spsolve(sparse.csc_matrix(system), area[inside]))
+        inwards = dijkstra(graph, indices=outside, min_only=True)
+        return np.clip(np.where(inwards > 0, -inwards, from_seams), -1e10, 1e10)
 
 
 def twins_of(vertices: Floats, triangles: Ints) -> Ints:

@@ -103,14 +103,18 @@ def stick(film: Sheet, order: Floats, ground: Sheet, anchors: Anchors, radius: f
         anchors: where to start; every connected part of the film needs one.
         radius: the size of the ground's face [m].
     """
-    nearest, away, which = closest_points(ground.vertices, ground.triangles[ground.usable], film.vertices)
+    n = len(film.vertices)
     lying = Lying(
-        np.array(nearest.corners),
-        np.array(nearest.weights),
-        np.flatnonzero(ground.usable)[which],
-        away,
-        np.zeros(len(away), np.int64),
+        corners=np.zeros((n, 3), np.int64),
+        weights=np.tile([1.0, 0.0, 0.0], (n, 1)),
+        triangle=np.zeros(n, np.int64),
+        distance=np.zeros(n),
+        state=np.zeros(n, np.int64),
     )
+    sought = np.setdiff1d(np.unique(film.triangles), anchors.vertices[anchors.exact])
+    nearest, away, which = closest_points(ground.vertices, ground.triangles[ground.usable], film.vertices[sought])
+    lying.corners[sought], lying.weights[sought] = nearest.corners, nearest.weights
+    lying.triangle[sought], lying.distance[sought] = np.flatnonzero(ground.usable)[which], away
     _lay(
         Film(film.vertices, film.facing, film.ways, order),
         Ground(ground.vertices, ground.triangles, ground.normals, ground.ways, ground.fan_starts, ground.fans),
@@ -149,7 +153,9 @@ def _lay(
             u = _best_neighbour(film, lying.state, v)
             if u >= 0:
                 step = distance(film.vertices[v], film.vertices[u])
-                _lay_one(v, film, ground, lying, lying.corners[u].copy(), lying.weights[u].copy(), step, far, along, touched)
+                _lay_one(
+                    v, film, ground, lying, lying.corners[u].copy(), lying.weights[u].copy(), step, far, along, touched
+                )
             else:
                 step = distance(film.vertices[v], point_at(ground.vertices, corners[a], weights[a]))
                 _lay_one(v, film, ground, lying, corners[a].copy(), weights[a].copy(), step, far, along, touched)

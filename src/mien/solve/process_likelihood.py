@@ -1,4 +1,4 @@
-"""The likelihood of one observation space given the latent points, exactly (eq. 1 and 2).
+"""The likelihood of observations under a Gaussian process, exactly (Bouaziz and Pauly 2014, eq. 1 and 2).
 
 Only the Gram matrix of the observations enters, so 300 dimensions cost what one costs.
 Targets that are not labelled leave the likelihood: columns that miss the same rows form a
@@ -13,7 +13,7 @@ import numpy as np
 from scipy.linalg.lapack import dpotrf, dpotri
 
 from mien.core.arrays import Floats, Ints
-from mien.retargeting.latent.kernel import Kernel
+from mien.solve.gaussian_kernel import Kernel
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +71,7 @@ class DenseLikelihood:
         return cls(blocks(values), floor)
 
     def __call__(self, z: Floats, logs: Floats) -> tuple[float, Floats, Floats]:
-        """Return the negative log likelihood and its derivatives by the latent points `(n, q)` and `log Φ` `(3,)`.
+        """Return the negative log likelihood and its derivatives by the inputs `(n, q)` and `log Φ` `(3,)`.
 
         Raises:
             LinAlgError: the kernel matrix is not positive definite.

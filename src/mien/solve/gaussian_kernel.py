@@ -1,4 +1,4 @@
-"""The kernel of the shared latent space (Bouaziz and Pauly 2014, eq. 3), and its derivatives.
+"""The Gaussian kernel with noise (Bouaziz and Pauly 2014, eq. 3), and its derivatives.
 
 Its three parameters are positive and span decades, so they are searched as logarithms.
 """
@@ -55,4 +55,4 @@ class Kernel:
 def squared_distances(a: Floats, b: Floats) -> Floats:
     """Return `|a_i − b_j|²` of points `(n, q)` and `(m, q)`, never negative."""
     found = (a * a).sum(axis=1)[:, None] + (b * b).sum(axis=1) - 2 * (a @ b.T)
-    return np.maximum(found, 0.0, out=found)
+    return np.asarray(np.maximum(found, 0.0, out=found))

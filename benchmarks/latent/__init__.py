@@ -1,0 +1,1 @@
+"""Learning from few labels, on real performances, beside the methods a reader would try first."""

@@ -1,0 +1,110 @@
+"""The figures of Bouaziz and Pauly 2014 on real performances.
+
+    python -m benchmarks.latent.figures --quick
+    python -m benchmarks.latent.figures --figures 4 suggest --draws 20
+    python -m benchmarks.latent.figures --peers transport ridge gpr --takes apfel aura
+
+Figures: `4` labels, `5` unlabelled rows, `6` noise, `7` missing markers, `8` posing,
+`foreign` target rows from another take, `suggest` suggested against random labels.  Needs the
+real rigs and recordings (`MIEN_DATA`, or `--data`).
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+from threadpoolctl import threadpool_limits
+
+from benchmarks.latent.cases import LIVELINK, Take, read_takes
+from benchmarks.latent.plots import curves
+from benchmarks.latent.sweeps import (
+    PEERS,
+    TRANSPORT,
+    Learners,
+    by_foreign,
+    by_labels,
+    by_missing,
+    by_noise,
+    by_posing,
+    by_suggestion,
+    by_unlabelled,
+)
+from benchmarks.report import RESULTS, ROOT, Row, publish
+
+FIGURES = ("4", "5", "6", "7", "8", "foreign", "suggest")
+ABOUT = {
+    "4": ("labels", "labels", "error (RMS of the targets) against labels; 100 unlabelled rows of each side, 0.2 mm noise"),
+    "5": ("unlabelled", "unlabelled rows of each side", "error against unlabelled rows of each side; 20 labels"),
+    "6": ("noise_mm", "noise [mm]", "error against the noise of the markers; 20 labels"),
+    "7": ("missing", "share of markers missing", "error against the share of markers missing; 20 labels"),
+    "8": ("entries", "entries given", "error of the entries of a pose that were not given; 20 labels"),
+    "foreign": ("labels", "labels", "error where the target-only rows come from another take"),
+    "suggest": ("labels", "labels", "error after suggested and after random labels, the first three random"),
+}
+CHEAP = (TRANSPORT, "ridge", "gpr")
+
+
+def rows_of(figure: str, takes: Sequence[Take], learners: Learners, draws: int, quick: bool) -> list[Row]:
+    """Return the rows of one figure."""
+    if figure == "4":
+        return by_labels(takes, learners, (5, 20) if quick else (5, 10, 20, 30, 50), draws)
+    if figure == "5":
+        return by_unlabelled(takes, learners, (0, 100) if quick else (0, 25, 50, 100, 200, 400), draws)
+    if figure == "6":
+        return by_noise(takes, learners, (0.0, 1.0) if quick else (0.0, 0.1, 0.2, 0.5, 1.0, 2.0), draws)
+    if figure == "7":
+        return by_missing(takes, learners, (0.0, 0.5) if quick else (0.0, 0.1, 0.3, 0.5, 0.7, 0.9), draws)
+    if figure == "8":
+        return by_posing(takes, draws)
+    if figure == "foreign":
+        return by_foreign(takes, learners, (5, 20) if quick else (5, 10, 20, 50), draws)
+    return by_suggestion(takes, (5, 20) if quick else (5, 10, 15, 20, 30), draws)
+
+
+def against_best(rows: Sequence[Row]) -> list[Row]:
+    """Return, for each setting, the transport's error over that of the best other method."""
+    settings: dict[tuple[object, ...], dict[str, float]] = {}
+    for row in rows:
+        key = tuple((k, v) for k, v in row.items() if k not in ("method", "rms", "spread", "learn_s"))
+        settings.setdefault(key, {})[str(row["method"])] = float(row["rms"])
+    table: list[Row] = []
+    for key, found in settings.items():
+        others = {name: value for name, value in found.items() if name != TRANSPORT}
+        if TRANSPORT not in found or not others:
+            continue
+        best = min(others, key=lambda name: others[name])
+        table.append({**dict(key), **found, "best other": best, "over it": found[TRANSPORT] / others[best]})  # type: ignore[arg-type]
+    return table
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--quick", action="store_true", help="one draw, two takes, few settings: about two minutes")
+    parser.add_argument("--figures", nargs="+", choices=FIGURES, default=FIGURES)
+    parser.add_argument("--peers", nargs="+", choices=tuple(PEERS), help="methods; all in figure 4, the quick ones in others")
+    parser.add_argument("--takes", nargs="+", choices=(*LIVELINK, "aura"), default=(*LIVELINK, "aura"))
+    parser.add_argument("--draws", type=int, default=20)
+    parser.add_argument("--data", type=Path, default=Path(os.environ.get("MIEN_DATA", ROOT.parent / "shared" / "data")))
+    parser.add_argument("--out", type=Path, default=RESULTS)
+    asked = parser.parse_args()
+    names = tuple(asked.takes)[:2] if asked.quick else tuple(asked.takes)
+    takes, draws = read_takes(asked.data, names), 1 if asked.quick else asked.draws
+    asked.out.mkdir(parents=True, exist_ok=True)
+    for figure in asked.figures:
+        every = figure == "4" and not asked.quick
+        learners = {name: PEERS[name] for name in asked.peers or (tuple(PEERS) if every else CHEAP)}
+        with threadpool_limits(limits=1):
+            rows = rows_of(figure, takes, learners, draws, asked.quick)
+        column, label, about = ABOUT[figure]
+        name = f"latent_{figure}" + ("_quick" if asked.quick else "")
+        publish(name, f"{about}; {draws} draws", rows, ("numpy", "scipy", "scikit-learn"), asked.out)
+        (asked.out / f"{name}.svg").write_text(curves(rows, column, label), encoding="utf-8")
+        for line in against_best(rows):
+            print("  ".join(f"{k} {v:.3g}" if isinstance(v, float) else f"{k} {v}" for k, v in line.items()))
+
+
+if __name__ == "__main__":
+    main()

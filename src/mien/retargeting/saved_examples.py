@@ -1,0 +1,80 @@
+"""Methods that learned from examples as plain values and arrays, and back."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mien.capture import Stabiliser
+from mien.core import InputError, Note
+from mien.geometry.align import Similarity
+from mien.retargeting.by_example import ChannelRows, ExampleRetargeter, MarkerRows
+from mien.retargeting.latent.learnt import Convergence, LearntLatent
+from mien.retargeting.latent.observe import Observer
+from mien.retargeting.latent.regressor import Regressor
+from mien.retargeting.records import record, restored
+from mien.retargeting.regions import Apart, Part
+from mien.retargeting.regression.gaps import GapFilling
+from mien.retargeting.regression.learnt import LearntRegression
+from mien.retargeting.regression.predictor import Predictor
+from mien.retargeting.scaling import Scaling
+from mien.solve.gaussian_kernel import Kernel
+
+CLASSES: dict[str, type[Any]] = {
+    kind.__name__: kind
+    for kind in (
+        *(ExampleRetargeter, MarkerRows, ChannelRows, Stabiliser, Similarity, Note, Scaling),
+        *(LearntLatent, Observer, Regressor, Kernel, Convergence, Apart, Part),
+        *(LearntRegression, Predictor, GapFilling),
+    )
+}
+"""All that a saved model may be made of."""
+
+
+def packed_examples(fitted: ExampleRetargeter) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+    """Return a fitted method as a header of plain values and its arrays."""
+    arrays: dict[str, NDArray[Any]] = {}
+    return {"kind": "examples", "names": fitted.names, "fitted": record(fitted, arrays)}, arrays
+
+
+def unpacked_examples(header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> ExampleRetargeter:
+    """Return the fitted method that `packed_examples` made these from.
+
+    Raises:
+        InputError: what is found cannot map a frame.
+        KeyError: something is missing.
+        TypeError: something is of the wrong kind.
+        ValueError: something has the wrong shape.
+    """
+    fitted = restored(header["fitted"], arrays, CLASSES)
+    if not isinstance(fitted, ExampleRetargeter):
+        raise InputError(f"the model holds a {type(fitted).__name__} instead of a fitted method; fit it again.")
+    reading = fitted.reading
+    size = len(reading.names) * (3 if isinstance(reading, MarkerRows) else 1)
+    if isinstance(fitted.learnt, LearntLatent):
+        _check_observer(fitted.learnt.source, size)
+        _check_observer(fitted.learnt.target, len(fitted.names))
+    values = fitted.learnt.map(np.zeros((1, size)))
+    if values.shape != (1, len(fitted.names)) or not np.isfinite(values).all():
+        raise ValueError("the model does not map a frame to its parameters")
+    return fitted
+
+
+def _check_observer(observer: Observer, size: int) -> None:
+    """Refuse shapes that do not fit: the compiled search does not look."""
+    r = observer.regressor
+    n, q = r.centres.shape
+    kinds = len(r.reductions)
+    fits = (
+        r.coefficients.shape == (n, size)
+        and r.reductions.shape == (kinds, n, n)
+        and r.kind.shape == (size,)
+        and (size == 0 or (r.kind.min() >= 0 and r.kind.max() < kinds))
+        and observer.rows.shape[1:] == (size,)
+        and observer.z.shape == (len(observer.rows), q)
+    )
+    if not fits:
+        raise ValueError("the shapes of the latent space do not fit each other")

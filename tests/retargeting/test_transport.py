@@ -1,0 +1,166 @@
+"""Learning by transport: what it must not depend on, what it falls back to, and its parts against references."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import approx_fprime, linear_sum_assignment, linprog
+from scipy.spatial.distance import cdist
+
+from mien.retargeting.samples import Samples
+from mien.retargeting.transport import TransportModel
+from mien.retargeting.transport.experts import alone, stretch_of
+from mien.retargeting.transport.plan import transport_plan
+from mien.retargeting.transport.principal import PrincipalSpace
+from mien.retargeting.transport.process import PRIOR, evidence, kernel_for
+
+
+def performance(rng: np.random.Generator, frames: int, noise: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    """Sparse non-negative controls, as faces have, and the markers they move."""
+    fixed = np.random.default_rng(5)
+    mixing = fixed.normal(size=(7, 40)) * np.geomspace(5, 0.3, 7)[:, None]
+    y = np.maximum(rng.gamma(0.5, 0.5, (frames, 7)) - 0.1, 0)
+    return y @ mixing + noise * rng.normal(size=(frames, 40)), y
+
+
+def drawn(rng: np.random.Generator, labels: int = 8, only: int = 80, noise: float = 0.05) -> Samples:
+    x, y = performance(rng, labels + 2 * only, noise)
+    return Samples(x[:labels], y[:labels], x[labels : labels + only], y[labels + only :])
+
+
+def rms(a: np.ndarray, b: np.ndarray) -> float:
+    return float(np.sqrt(((a - b) ** 2).mean()))
+
+
+def test_the_plan_has_the_marginals_it_must_have(rng: np.random.Generator) -> None:
+    plan = transport_plan(rng.random((12, 20)), 0.05, 2000)
+    np.testing.assert_allclose(plan.sum(axis=1), 1 / 12, rtol=1e-9)
+    np.testing.assert_allclose(plan.sum(axis=0), 1 / 20, rtol=1e-6)
+
+
+def test_a_hard_plan_is_the_optimal_assignment(rng: np.random.Generator) -> None:
+    cost = cdist(rng.normal(size=(15, 3)), rng.normal(size=(15, 3)), "sqeuclidean")
+    rows, columns = linear_sum_assignment(cost)
+    plan = transport_plan(cost, 0.01, 20000) * 15
+    assert (plan * cost).sum() == pytest.approx(cost[rows, columns].sum(), rel=0.01)
+    assert (plan.argmax(axis=1) == columns).mean() > 0.85
+
+
+def test_a_soft_plan_costs_little_more_than_the_linear_programme(rng: np.random.Generator) -> None:
+    cost = rng.random((8, 11))
+    sums = np.vstack([np.kron(np.eye(8), np.ones(11)), np.kron(np.ones(8), np.eye(11))])
+    best = linprog(cost.ravel(), A_eq=sums, b_eq=np.r_[np.full(8, 1 / 8), np.full(11, 1 / 11)]).fun
+    softness = 0.01
+    found = float((transport_plan(cost, softness, 20000) * cost).sum())
+    assert best - 1e-6 < found < best + softness * np.log(8 * 11)
+
+
+def test_the_gradient_of_the_evidence_is_that_of_differences(rng: np.random.Generator) -> None:
+    x, y = rng.normal(size=(9, 4)), rng.normal(size=(9, 3))
+    parts = x @ x.T / 4, cdist(x, x, "sqeuclidean") / 16, y @ y.T, 3
+    for shift in (0.0, 0.7):
+        at = np.log(PRIOR) + shift
+        slope = approx_fprime(at, lambda logs: evidence(logs, *parts)[0], 1e-7)
+        np.testing.assert_allclose(evidence(at, *parts)[1], slope, rtol=1e-4, atol=1e-4)
+
+
+def test_a_missing_entry_is_found_from_the_others(rng: np.random.Generator) -> None:
+    x, _ = performance(rng, 120)
+    space = PrincipalSpace.of(x)
+    holes = x[:5].copy()
+    holes[:, ::4] = np.nan
+    np.testing.assert_allclose(space.completed(holes), x[:5], atol=1e-3 * x.std())
+
+
+def test_coordinates_of_a_whole_row_are_those_of_conditioning_on_all_its_entries(rng: np.random.Generator) -> None:
+    x, _ = performance(rng, 120, 0.3)
+    space = PrincipalSpace.of(x)
+    system = space.axes @ space.axes.T + np.diag(space.noise / space.spread**2)
+    expected = np.linalg.solve(system, space.axes @ (x - space.mean).T).T
+    np.testing.assert_allclose(space.coordinates(x), expected, atol=1e-10 * x.std())
+
+
+def test_the_noise_of_the_markers_is_found(rng: np.random.Generator) -> None:
+    x, _ = performance(rng, 150, 0.3)
+    assert PrincipalSpace.of(x).noise == pytest.approx(0.09, rel=0.15)
+
+
+def test_unlabelled_rows_of_both_sides_make_it_better(rng: np.random.Generator) -> None:
+    ratios = []
+    for _ in range(3):
+        given = drawn(rng)
+        x, y = performance(rng, 200, 0.05)
+        ratios.append(rms(TransportModel().learn(given).map(x), y) / rms(TransportModel(rounds=0).learn(given).map(x), y))
+    assert np.mean(ratios) < 0.9
+
+
+def test_without_target_only_rows_it_is_the_gaussian_process(rng: np.random.Generator) -> None:
+    given = drawn(rng)
+    given = Samples(given.X_labelled, given.Y_labelled, given.X_only, given.Y_only[:0])
+    learnt = TransportModel().learn(given)
+    space = PrincipalSpace.of(given.X)
+    process = alone(stretch_of(space, 0.5), space.coordinates(given.X_labelled), given.Y_labelled)
+    assert learnt.shares.tolist() == [1.0]
+    np.testing.assert_array_equal(learnt.map(given.X_only), process.expected(space.coordinates(given.X_only)))
+
+
+def test_target_rows_of_another_kind_do_no_harm(rng: np.random.Generator) -> None:
+    given = drawn(rng, labels=12)
+    foreign = Samples(given.X_labelled, given.Y_labelled, given.X_only, 3 + 5 * rng.normal(size=(80, 7)))
+    x, y = performance(rng, 200, 0.05)
+    assert rms(TransportModel().learn(foreign).map(x), y) < 1.05 * rms(TransportModel(rounds=0).learn(foreign).map(x), y)
+
+
+def test_the_order_of_unlabelled_rows_does_not_matter(rng: np.random.Generator) -> None:
+    given = drawn(rng)
+    mixed = Samples(given.X_labelled, given.Y_labelled, given.X_only[rng.permutation(80)], given.Y_only[rng.permutation(80)])
+    x, _ = performance(rng, 30)
+    np.testing.assert_allclose(TransportModel().learn(mixed).map(x), TransportModel().learn(given).map(x), atol=1e-5)
+
+
+def test_units_do_not_matter(rng: np.random.Generator) -> None:
+    given = drawn(rng)
+    other = Samples(given.X_labelled * 1000, given.Y_labelled / 7, given.X_only * 1000, given.Y_only / 7)
+    x, _ = performance(rng, 30)
+    expected = TransportModel().learn(given).map(x)
+    np.testing.assert_allclose(TransportModel().learn(other).map(1000 * x) * 7, expected, atol=1e-5)
+
+
+def test_steps_are_the_map_and_learning_is_deterministic(rng: np.random.Generator) -> None:
+    given = drawn(rng)
+    x, _ = performance(rng, 12)
+    x[3:6, 4:9] = np.nan
+    x[7] = np.nan
+    learnt, again = TransportModel().learn(given), TransportModel().learn(given)
+    state, rows = learnt.start(), []
+    for row in x:
+        state, y = learnt.step(state, row)
+        rows.append(y)
+    np.testing.assert_allclose(rows, learnt.map(x), atol=1e-12)
+    np.testing.assert_array_equal(learnt.map(x), again.map(x))
+
+
+def test_doubt_grows_away_from_the_labels(rng: np.random.Generator) -> None:
+    given = drawn(rng)
+    learnt = TransportModel().learn(given)
+    near, far = learnt.variance(given.X_labelled).mean(), learnt.variance(4 * given.X_only).mean()
+    assert 0 <= near < far
+
+
+@pytest.mark.parametrize("labels", [1, 2, 3])
+def test_very_few_labels_are_enough_to_learn_something_finite(rng: np.random.Generator, labels: int) -> None:
+    given = drawn(rng, labels=labels)
+    learnt = TransportModel().learn(given)
+    assert np.isfinite(learnt.map(given.X_only)).all()
+    assert np.isfinite(learnt.variance(given.X_only)).all()
+
+
+def test_constant_columns_and_labels_with_gaps_are_learned_from(rng: np.random.Generator) -> None:
+    given = drawn(rng, labels=12)
+    y, x = given.Y_labelled.copy(), given.X_labelled.copy()
+    x[:, 3], y[:, 2], y[1, 4] = 1.0, 0.25, np.nan
+    only_x, only_y = given.X_only.copy(), given.Y_only.copy()
+    only_x[:, 3], only_y[:, 2] = 1.0, 0.25
+    learnt = TransportModel().learn(Samples(x, y, only_x, only_y))
+    np.testing.assert_allclose(learnt.map(only_x)[:, 2], 0.25, atol=1e-3)
+    assert [note.code for note in learnt.notes] == ["targets-completed"]
