@@ -5,8 +5,8 @@
     python -m benchmarks.latent.figures --peers transport ridge gpr --takes apfel aura
 
 Figures: `4` labels, `5` unlabelled rows, `6` noise, `7` missing markers, `8` posing,
-`foreign` target rows from another take, `suggest` suggested against random labels.  Needs the
-real rigs and recordings (`MIEN_DATA`, or `--data`).
+`foreign` target rows from another take, `suggest` suggested against random labels, `ablation`
+one part of the transport taken away at a time.  Needs the real rigs and recordings (`MIEN_DATA`, or `--data`).
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import argparse
 import os
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from threadpoolctl import threadpool_limits
 
@@ -23,6 +24,7 @@ from benchmarks.latent.plots import curves
 from benchmarks.latent.sweeps import (
     PEERS,
     TRANSPORT,
+    VARIANTS,
     Learners,
     by_foreign,
     by_labels,
@@ -34,14 +36,19 @@ from benchmarks.latent.sweeps import (
 )
 from benchmarks.report import RESULTS, ROOT, Row, publish
 
-FIGURES = ("4", "5", "6", "7", "8", "foreign", "suggest")
+FIGURES = ("4", "5", "6", "7", "8", "foreign", "suggest", "ablation")
 ABOUT = {
-    "4": ("labels", "labels", "error (RMS of the targets) against labels; 100 unlabelled rows of each side, 0.2 mm noise"),
+    "4": (
+        "labels",
+        "labels",
+        "error (RMS of the targets) against labels; 100 unlabelled rows of each side, 0.2 mm noise",
+    ),
     "5": ("unlabelled", "unlabelled rows of each side", "error against unlabelled rows of each side; 20 labels"),
     "6": ("noise_mm", "noise [mm]", "error against the noise of the markers; 20 labels"),
     "7": ("missing", "share of markers missing", "error against the share of markers missing; 20 labels"),
     "8": ("entries", "entries given", "error of the entries of a pose that were not given; 20 labels"),
     "foreign": ("labels", "labels", "error where the target-only rows come from another take"),
+    "ablation": ("labels", "labels", "error with one part of the transport taken away at a time"),
     "suggest": ("labels", "labels", "error after suggested and after random labels, the first three random"),
 }
 CHEAP = (TRANSPORT, "ridge", "gpr")
@@ -59,6 +66,8 @@ def rows_of(figure: str, takes: Sequence[Take], learners: Learners, draws: int, 
         return by_missing(takes, learners, (0.0, 0.5) if quick else (0.0, 0.1, 0.3, 0.5, 0.7, 0.9), draws)
     if figure == "8":
         return by_posing(takes, draws)
+    if figure == "ablation":
+        return by_labels(takes, VARIANTS, (5, 20, 50), draws)
     if figure == "foreign":
         return by_foreign(takes, learners, (5, 20) if quick else (5, 10, 20, 50), draws)
     return by_suggestion(takes, (5, 20) if quick else (5, 10, 15, 20, 30), draws)
@@ -66,7 +75,7 @@ def rows_of(figure: str, takes: Sequence[Take], learners: Learners, draws: int, 
 
 def against_best(rows: Sequence[Row]) -> list[Row]:
     """Return, for each setting, the transport's error over that of the best other method."""
-    settings: dict[tuple[object, ...], dict[str, float]] = {}
+    settings: dict[tuple[tuple[str, Any], ...], dict[str, float]] = {}
     for row in rows:
         key = tuple((k, v) for k, v in row.items() if k not in ("method", "rms", "spread", "learn_s"))
         settings.setdefault(key, {})[str(row["method"])] = float(row["rms"])
@@ -76,7 +85,7 @@ def against_best(rows: Sequence[Row]) -> list[Row]:
         if TRANSPORT not in found or not others:
             continue
         best = min(others, key=lambda name: others[name])
-        table.append({**dict(key), **found, "best other": best, "over it": found[TRANSPORT] / others[best]})  # type: ignore[arg-type]
+        table.append({**dict(key), **found, "best other": best, "over it": found[TRANSPORT] / others[best]})
     return table
 
 
@@ -84,7 +93,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true", help="one draw, two takes, few settings: about two minutes")
     parser.add_argument("--figures", nargs="+", choices=FIGURES, default=FIGURES)
-    parser.add_argument("--peers", nargs="+", choices=tuple(PEERS), help="methods; all in figure 4, the quick ones in others")
+    parser.add_argument(
+        "--peers", nargs="+", choices=tuple(PEERS), help="methods; all in figure 4, the quick ones in others"
+    )
     parser.add_argument("--takes", nargs="+", choices=(*LIVELINK, "aura"), default=(*LIVELINK, "aura"))
     parser.add_argument("--draws", type=int, default=20)
     parser.add_argument("--data", type=Path, default=Path(os.environ.get("MIEN_DATA", ROOT.parent / "shared" / "data")))

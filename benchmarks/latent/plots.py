@@ -38,7 +38,9 @@ def curves(rows: Sequence[Row], along: str, label: str) -> str:
         along: the column.
         label: what it says below the axis.
     """
-    panels = list(dict.fromkeys((str(row["take"]), str(row["targets"]), str(row.get("target_only", ""))) for row in rows))
+    panels = list(
+        dict.fromkeys((str(row["take"]), str(row["targets"]), str(row.get("target_only", ""))) for row in rows)
+    )
     columns = min(COLUMNS, len(panels))
     height = -(-len(panels) // columns)
     figure = Figure(figsize=(2.7 * columns, 2.4 * height + 0.5), layout="constrained")
@@ -66,7 +68,9 @@ def _panel(axes: Axes, rows: Sequence[Row], along: str) -> None:
         values: list[Any] = [row["rms"] for row in mine]
         strong = COLOURS.get(method) == COLOURS["transport"]
         width = 2.0 if strong else 1.1
-        axes.plot(places, values, color=COLOURS.get(method, INK), linewidth=width, marker="o", markersize=2.5, label=method)
+        axes.plot(
+            places, values, color=COLOURS.get(method, INK), linewidth=width, marker="o", markersize=2.5, label=method
+        )
     axes.set_ylim(bottom=0)
     axes.tick_params(labelsize=7, colors=INK)
     for side in ("top", "right"):

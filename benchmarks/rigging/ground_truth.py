@@ -57,7 +57,7 @@ MOVING = 0.05
 LEAST = 1e-4
 """A shape that moves no skin farther than this [m] has nothing to compare."""
 NEAR_SLIT_MM = 12.0
-CLEAR_MM = 1.0
+CLEAR_MM = 3.0
 """A vertex is on a side of a slit if the other is this much farther along the skin."""
 
 
@@ -144,7 +144,7 @@ def other_side(source: Rig, target: Rig, fit: DenseFit) -> tuple[int, int]:
         there, distance = _sides(target, pairs)
         here, _ = _sides(source, pairs)
         close = fit.target_skin & (distance < NEAR_SLIT_MM * millimetre(target)) & (np.abs(there) > CLEAR_MM)
-        at = fit.back.of(np.clip(here, -5, 5)[:, None])[:, 0]
+        at = fit.back.of(np.clip(here, -10, 10)[:, None])[:, 0]
         wrong += int((close & (there * at < 0) & (np.abs(at) > CLEAR_MM)).sum())
         near |= close
     return wrong, int(near.sum())

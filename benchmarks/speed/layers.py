@@ -38,7 +38,7 @@ from mien.retargeting.layers.sources import layers_of_rig, picked_layers, rig_fa
 from mien.vocabularies import match
 
 POINTS = 99
-SMOOTH = 1e-3
+SMOOTH = 1e-4
 CURVE = (40, 99, 500, 2000, 20000)
 
 

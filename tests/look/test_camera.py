@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mien.core import Blendshapes, InputError, Mesh, Rig
-from mien.look.camera import Camera, face_points, frame_face
+from mien.look.camera import Camera, face_points, frame_all, frame_face
 from tests.conftest import grid_rig
 
 
@@ -48,7 +48,28 @@ def test_a_rig_is_framed_where_its_shapes_move_things() -> None:
 def test_a_rig_that_moves_nothing_is_framed_whole() -> None:
     rig = grid_rig()
     still = Rig(rig.neutral, Blendshapes(("a",), np.zeros((1, len(rig.neutral.vertices), 3))))
-    assert np.array_equal(face_points(still), rig.neutral.vertices)
+    assert np.array_equal(np.unique(face_points(still), axis=0), np.unique(rig.neutral.vertices, axis=0))
+
+
+def test_horns_above_the_face_are_in_the_picture_and_shoulders_below_it_are_not() -> None:
+    rig = grid_rig(12)
+    more = np.array([[0.05, 0.16, 0.0], [0.3, -0.3, 0.0]])
+    vertices = np.concatenate([rig.neutral.vertices, more])
+    deltas = np.pad(rig.blendshapes.deltas, ((0, 0), (0, 2), (0, 0)))
+    horned = Rig(Mesh(vertices, rig.neutral.triangles), Blendshapes(rig.blendshapes.names, deltas))
+    (_, horn, _), (shoulder, _, _) = frame_face(horned).project(more, 100, 100)
+    assert 0 < horn < 100
+    assert shoulder > 100
+
+
+@pytest.mark.parametrize("view", ["front", "three-quarter", "side"])
+def test_framing_many_clouds_is_framing_all_their_points(view: str, rng: np.random.Generator) -> None:
+    clouds = rng.normal(size=(30, 40, 3))
+    assert np.allclose(
+        frame_all(iter(clouds), view, aspect=1.5).position, frame_face(clouds, view, aspect=1.5).position
+    )
+    x, y, _ = np.moveaxis(frame_all(clouds, view, aspect=1.5).project(clouds, 150, 100), -1, 0)
+    assert max(np.abs(x / 150 - 0.5).max(), np.abs(y / 100 - 0.5).max()) == pytest.approx(0.42, abs=1e-6)
 
 
 def test_framing_scales_with_the_face() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -29,6 +31,15 @@ from tests.look.solids import ball
         ("mouth_teeth", "teeth"),
         ("pocket", "mouth"),
         ("face", ""),
+        ("horn_left", "horn"),
+        ("beard_front", "hair"),
+        ("HairTuft", "hair"),
+        ("ears", "skin"),
+        ("nostril", "nostril"),
+        ("Beak_Upper", "beak"),
+        ("claws", "horn"),
+        ("shell", "shell"),
+        ("brow_left", "hair"),
     ],
 )
 def test_names_tell_parts(name: str, part: str) -> None:
@@ -79,17 +90,67 @@ def test_where_groups_overlap_the_smaller_one_is_meant() -> None:
         assert (surface.colours[place] == COLOURS[part]).all()
 
 
-def test_paint_goes_over_what_names_tell_later_over_earlier_and_only_where_there_is_a_group() -> None:
+def coloured(rig: Rig, **colours: tuple[float, float, float]) -> Rig:
+    return replace(rig, colours=colours)
+
+
+def test_a_rigs_own_colours_come_first_later_over_earlier() -> None:
     rig, eye = with_eye(groups=True)
     ids = np.arange(len(rig.neutral.vertices))
     mesh = Mesh(rig.neutral.vertices, rig.neutral.triangles, groups={"all": ids, "eye_L": ids[eye]})
-    painted = Rig(mesh, rig.blendshapes)
-    surface = surface_of(painted, {"all": (0.0, 0.0, 0.2), "eye_L": (0.5, 1.0, 0.0)})
+    surface = surface_of(coloured(Rig(mesh, rig.blendshapes), all=(0.0, 0.0, 0.2), eye_L=(0.5, 1.0, 0.0)))
     assert linear(surface.colours[0]) == pytest.approx([0, 0, 0.2])
     assert linear(surface.colours[eye][0]) == pytest.approx([0.5, 1, 0])
     assert not surface.gaze.any()
+
+
+@pytest.mark.parametrize("groups", [True, False])
+def test_a_rig_in_one_colour_keeps_it_but_for_the_eyes_that_names_or_shapes_tell(groups: bool) -> None:
+    rig, eye = with_eye(groups)
+    everything = {**rig.neutral.groups, "all": np.arange(len(rig.neutral.vertices))}
+    rig = Rig(replace(rig.neutral, groups=everything), rig.blendshapes)
+    surface = surface_of(coloured(rig, all=(0.1, 0.5, 0.1)))
+    assert linear(surface.colours[0]) == pytest.approx([0.1, 0.5, 0.1])
+    assert (surface.colours[eye] == COLOURS["eye"]).all()
+    assert surface.gaze[eye].any()
+
+
+def test_what_another_colour_tells_is_not_told_again_on_the_ground() -> None:
+    rig, eye = with_eye(groups=False)
+    ids = np.arange(len(rig.neutral.vertices))
+    groups = {"all": ids, "eyes": ids[20:], "iris": ids[eye]}
+    rig = Rig(Mesh(rig.neutral.vertices, rig.neutral.triangles, groups=groups), rig.blendshapes)
+    surface = surface_of(coloured(rig, all=(0.1, 0.5, 0.1), iris=(0.6, 0.3, 0.0)))
+    assert linear(surface.colours[: eye.start]) == pytest.approx(np.tile([0.1, 0.5, 0.1], (eye.start, 1)))
+    assert linear(surface.colours[eye][0]) == pytest.approx([0.6, 0.3, 0])
+
+
+def test_one_telling_name_does_not_hide_the_eyes_that_only_their_shape_tells() -> None:
+    rig, eye = with_eye(groups=False)
+    named = replace(rig.neutral, groups={"teeth": np.arange(5)})
+    surface = surface_of(Rig(named, rig.blendshapes))
+    assert (surface.colours[:5] == COLOURS["teeth"]).all()
+    assert (surface.colours[eye] == COLOURS["eye"]).all()
+
+
+def test_where_names_tell_the_eyes_no_other_ball_is_one() -> None:
+    rig, eye = with_eye(groups=True)
+    bead, faces = ball(20, 0.012)
+    n = len(rig.neutral.vertices)
+    vertices = np.concatenate([rig.neutral.vertices, bead + np.array([-0.06, -0.09, 0.12])])
+    mesh = Mesh(vertices, np.concatenate([rig.neutral.triangles, faces + n]), groups=rig.neutral.groups)
+    surface = surface_of(Rig(mesh, Blendshapes(("a",), np.zeros((1, len(vertices), 3)))))
+    assert (surface.colours[eye.start : n] == COLOURS["eye"]).all()
+    assert not (surface.colours[n:] == COLOURS["eye"]).all(axis=1).any()
+
+
+@pytest.mark.parametrize("colour", [(0.0, 0.0), (0.0, 0.0, 1.5), (0.0, np.nan, 0.0)])
+def test_a_colour_that_is_none_is_refused_and_so_is_one_of_no_group(colour: tuple[float, ...]) -> None:
+    rig, _ = with_eye(groups=True)
+    with pytest.raises(InputError, match="colour"):
+        replace(rig, colours={"eye_L": colour})
     with pytest.raises(InputError, match="eye_R"):
-        surface_of(painted, {"eye_R": (0.0, 0.0, 0.0)})
+        coloured(rig, eye_R=(0.0, 0.0, 0.0))
 
 
 @pytest.mark.real
@@ -98,7 +159,8 @@ def test_real_heads_have_two_eyes_teeth_and_a_tongue(data, name: str) -> None:  
     from mien.io.formats import read_rig
 
     surface = surface_of(read_rig(data / "rigs" / f"{name}.glb"))
-    for part in ("eye", "teeth", "tongue", "skin"):
+    for part in ("eye", "teeth", "tongue"):
         assert (surface.colours == COLOURS[part]).all(axis=1).any(), part
     eyes = surface.gaze.any(axis=1)
     assert eyes.sum() > 100
+    assert linear(surface.colours[np.argmin(surface.colours.sum(axis=1) < 2)]) == pytest.approx([0.85, 0.68, 0.58])

@@ -6,6 +6,7 @@ import os
 import re
 import subprocess
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from mien.look.movie import _made_ahead, render_clip, sampled, write_movie
 from mien.look.portrait import Portrait, frame_clip, portrait
 from mien.look.sheet import Labelled, Row, contact_sheet, save_png, sheet, telling_frames
 from tests.conftest import grid_rig
+from tests.io.rigged_samples import fitted, played
 
 
 @pytest.fixture
@@ -188,3 +190,23 @@ def test_a_moving_head_stays_in_the_picture(clip: Clip) -> None:
     first = Portrait.of(rig, size=(64, 64), camera=camera).picture(head=head[0])
     last = Portrait.of(rig, size=(64, 64), camera=camera).picture(head=head[-1])
     assert (first != last).any()
+
+
+def test_no_frame_that_is_shown_is_cropped_however_shapes_and_joints_add_up(rng: np.random.Generator) -> None:
+    rig = fitted(grid_rig(8))
+    clip = played(rig, 6)
+    loud = replace(clip, values=5 * clip.values, head=None)
+    for frames in (None, [3]):
+        camera = frame_clip(rig, loud, frames=frames)
+        shown = np.arange(6) if frames is None else np.array(frames)
+        points = rig.pose(loud.values[shown], loud.joints[shown])
+        x, y, _ = np.moveaxis(camera.project(points, 100, 100), -1, 0)
+        assert min(x.min(), y.min()) > 0
+        assert max(x.max(), y.max()) < 100
+
+
+def test_frames_that_are_not_shown_do_not_make_the_face_small(clip: Clip) -> None:
+    rig = grid_rig()
+    loud = Clip(clip.names, clip.values * np.linspace(1, 40, 31)[:, None], clip.fps)
+    near, far = frame_clip(rig, loud, frames=[0]), frame_clip(rig, loud)
+    assert np.linalg.norm(near.position - near.target) < 0.8 * np.linalg.norm(far.position - far.target)

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.optimize import approx_fprime, minimize
+from scipy.optimize import minimize
 from scipy.sparse import csr_array, eye_array
 from scipy.stats import multivariate_normal
 
@@ -126,7 +126,8 @@ def test_the_search_has_the_gradient_of_its_energy(learnt) -> None:
         return energy(z, centres, kernel, coefficients, reduction, wanted, weight, rest, np.empty(q), work)
 
     energy(at, centres, kernel, coefficients, reduction, wanted, weight, rest, gradient, work)
-    assert np.abs(gradient - approx_fprime(at, value, 1e-7)).max() < 1e-4 * max(1, np.abs(gradient).max())
+    central = [(value(at + 1e-5 * e) - value(at - 1e-5 * e)) / 2e-5 for e in np.eye(q)]
+    assert np.abs(gradient - central).max() < 1e-6 * max(1, np.abs(gradient).max())
 
 
 def test_a_frame_is_the_minimum_over_observation_and_latent_point_together(learnt) -> None:
@@ -204,12 +205,12 @@ def test_a_pose_is_completed_from_a_few_entries(learnt) -> None:
     error, blind = [], []
     for pose in y:
         part = pose.copy()
-        part[2:] = np.nan
+        part[3:] = np.nan
         whole, variance = learnt.complete(part)
         assert variance.shape == whole.shape
-        error.append(((whole - pose)[2:] ** 2).mean())
-        blind.append((pose[2:] ** 2).mean())
-    assert np.mean(error) < 0.3 * np.mean(blind)
+        error.append(((whole - pose)[3:] ** 2).mean())
+        blind.append((pose[3:] ** 2).mean())
+    assert np.mean(error) < 0.1 * np.mean(blind)
     with pytest.raises(InputError, match="no entry"):
         learnt.complete(np.full(5, np.nan))
 

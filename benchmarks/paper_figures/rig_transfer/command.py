@@ -32,4 +32,4 @@ def run(about: str | None, *figures: Figure) -> None:
         for figure in figures:
             began = time.perf_counter()
             figure(settings)
-            print(f"{figure.__module__.rsplit('.', 1)[-1]}: {time.perf_counter() - began:.0f} s")
+            print(f"{figure.__name__}: {time.perf_counter() - began:.0f} s")

@@ -14,11 +14,13 @@ import igl
 import numpy as np
 
 from benchmarks.paper_figures.rig_transfer.command import run
-from benchmarks.paper_figures.rig_transfer.drawing import BLUE, GREY, camera, heat, lines, shell, sitter, wires
-from benchmarks.paper_figures.rig_transfer.faces import SETS, Settings
+from benchmarks.paper_figures.rig_transfer.drawing import BLUE, GREY, camera, heat, lines, sitter, wires
+from benchmarks.paper_figures.rig_transfer.faces import SETS, Settings, with_landmarks
 from benchmarks.report import Row, publish
+from mien.core import Rig
 from mien.core.arrays import Floats, Ints
 from mien.core.units import face_radius, human_centimetre
+from mien.geometry.surface import vertex_normals
 from mien.library.generic import generic_rig
 from mien.look.camera import View
 from mien.look.raster import Picture, render
@@ -26,13 +28,12 @@ from mien.look.sheet import Labelled, save_png, sheet
 from mien.look.sheet import Row as Pictures
 from mien.rigging.dense import DenseFit
 from mien.rigging.landmarks import paired_landmarks
-from mien.rigging.transfer import Transfer
 
-FARTHEST_MM = 20.0
-"""Stick lines of this length and longer are red."""
+SHORTEST_MM, FARTHEST_MM = 0.05, 20.0
+"""Stick lines shorter than the first are not drawn; those longer than the second are red."""
 
 
-def figures(settings: Settings) -> None:
+def correspondence(settings: Settings) -> None:
     """Write the table and the pictures."""
     rows = [measure(name, landmarks, settings) for name in settings.faces for landmarks in SETS]
     about = "The generic face on other faces: landmarks and surface in face radii, sticking in mm on a human face"
@@ -47,15 +48,14 @@ def measure(name: str, landmarks: str, settings: Settings) -> Row:
     transfer = settings.transfer(name, landmarks)
     fit = transfer.fit
     size, millimetre = _sizes(fit)
-    pairs = paired_landmarks(generic_rig(), transfer.rig)
-    used = [i for i, (mine, _) in enumerate(pairs.names) if SETS[landmarks] is None or mine in (SETS[landmarks] or ())]
-    goals = pairs.target.of(fit.target.vertices)[used]
-    warped, stuck = (pairs.source.of(places)[used] for places in (fit.warped, fit.stuck))
+    pairs = paired_landmarks(generic_rig(), with_landmarks(settings.bare(name), SETS[landmarks]))
+    goals = pairs.target.of(fit.target.vertices)
+    warped, stuck = pairs.source.of(fit.warped), pairs.source.of(fit.stuck)
     off = np.sqrt(_squared_distances(fit.stuck[fit.paired], fit.target.vertices, _skin(fit)))
     moved = np.linalg.norm(fit.stuck - fit.warped, axis=1)[fit.paired] / millimetre
     return {
         "face": name,
-        "landmarks": len(used),
+        "landmarks": len(goals),
         "warp misses": float(np.linalg.norm(warped - goals, axis=1).max() / size),
         "stuck misses": float(np.linalg.norm(stuck - goals, axis=1).max() / size),
         "off the surface": float(off.max() / size),
@@ -88,41 +88,41 @@ def _sheet(settings: Settings, name: str) -> Picture:
     rows = []
     for landmarks in SETS:
         transfer = settings.transfer(name, landmarks)
-        rows.append(Pictures(f"{transfer.figures['landmarks']}", tuple(_steps(transfer, settings.tile))))
+        steps = _steps(transfer.fit, settings.bare(name), settings.tile)
+        rows.append(Pictures(f"{transfer.figures['landmarks']}", tuple(steps)))
     return sheet(rows, f"The generic face warped and stuck to the {name}, by this many landmarks")
 
 
-def _steps(transfer: Transfer, tile: int) -> list[Labelled]:
-    generic, fit = generic_rig(), transfer.fit
-    face = transfer.rig
-    radius = 0.004 * face_radius(fit.warp(fit.warp.centres))
+def _steps(fit: DenseFit, face: Rig, tile: int) -> list[Labelled]:
+    radius = 0.004 * _sizes(fit)[0]
     plain = np.broadcast_to(GREY, face.neutral.vertices.shape)
     moved = np.linalg.norm(fit.stuck - fit.warped, axis=1) / _sizes(fit)[1]
-    strokes = [np.stack([fit.warped[v], fit.stuck[v]]) for v in np.flatnonzero(fit.paired & (moved > 0.05))]
-    warmth = heat(1 - np.minimum(moved[fit.paired & (moved > 0.05)] / FARTHEST_MM, 1))
-    stick_lines = lines(strokes, [tuple(colour) for colour in warmth], radius, on_top=True)
+    far = np.flatnonzero(fit.paired & (moved > SHORTEST_MM))
+    warmth = heat(1 - np.minimum(moved[far] / FARTHEST_MM, 1))
+    sticks = lines([np.stack([fit.warped[v], fit.stuck[v]]) for v in far], warmth, radius, on_top=True)
     skin = fit.source.triangles[fit.paired[fit.source.triangles].all(axis=1)]
-    laid = wires(fit.stuck, skin, 0.6 * radius)
+    lifted = fit.stuck + radius * fit.points.of(vertex_normals(fit.target.vertices, fit.target.triangles))
     return [
-        Labelled(sitter(generic, size=tile).picture(), "generic"),
-        Labelled(_overlay(transfer, "front", tile), "warped (blue)"),
-        Labelled(_overlay(transfer, "side", tile), "from the side"),
-        Labelled(sitter(face, "three-quarter", tile).picture(colours=plain, dots=[stick_lines]), "stick lines, red far"),
-        Labelled(sitter(face, size=tile).picture(colours=plain, dots=[laid]), "after sticking"),
+        Labelled(sitter(generic_rig(), size=tile).picture(), "generic"),
+        Labelled(_overlay(fit, face, "front", tile), "warped (blue)"),
+        Labelled(_overlay(fit, face, "side", tile), "from the side"),
+        Labelled(sitter(face, "three-quarter", tile).picture(colours=plain, dots=[sticks]), "stick lines, red far"),
+        Labelled(sitter(face, size=tile).picture(colours=plain, dots=[wires(lifted, skin, radius)]), "after sticking"),
     ]
 
 
-def _overlay(transfer: Transfer, view: View, tile: int) -> Picture:
+def _overlay(fit: DenseFit, face: Rig, view: View, tile: int) -> Picture:
     """Picture the face and, in blue, the warped generic face; what is in front shows."""
-    fit = transfer.fit
-    vertices = np.concatenate([fit.target.vertices, fit.warped])
-    warped = fit.source.triangles[fit.source_skin[fit.source.triangles].all(axis=1)] + len(fit.target.vertices)
-    rig = shell(vertices, np.concatenate([fit.target.triangles, warped]))
-    colours = np.concatenate([np.broadcast_to(tint, p.shape) for tint, p in ((GREY, fit.target.vertices), (BLUE, fit.warped))])
+    own, warped = fit.target.vertices, fit.warped
+    skin = fit.source.triangles[fit.source_skin[fit.source.triangles].all(axis=1)]
     return render(
-        rig.neutral.vertices, rig.neutral.triangles, camera(transfer.rig, view), size=(tile, tile), colours=colours
+        np.concatenate([own, warped]),
+        np.concatenate([fit.target.triangles, len(own) + skin]),
+        camera(face, view),
+        size=(tile, tile),
+        colours=np.concatenate([np.broadcast_to(GREY, own.shape), np.broadcast_to(BLUE, warped.shape)]),
     )
 
 
 if __name__ == "__main__":
-    run(__doc__, figures)
+    run(__doc__, correspondence)

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
+
 
 import numpy as np
 
-from mien.core import Mesh, Rig
+from mien.core import Rig
 from mien.core.arrays import Floats, Ints
-from mien.core.rig import no_blendshapes
 from mien.look.camera import Camera, View, frame_face
 from mien.look.portrait import Portrait
 from mien.look.raster import Dots
@@ -20,8 +19,6 @@ HUES = ((0.80, 0.12, 0.16), (0.95, 0.80, 0.30), (0.92, 0.92, 0.88), (0.35, 0.62,
 """From 0 to 1: red to blue, as in the paper's figure 11."""
 AROUND = 1.75
 """A portrait reaches this many times as far from the middle of the face as its landmarks do."""
-FARTHEST = 1.5
-"""What is drawn lies within so many times the landmarks' farthest distance from their middle."""
 
 
 def camera(rig: Rig, view: View = "front", names: Iterable[str] | None = None, around: float = AROUND) -> Camera:
@@ -37,11 +34,6 @@ def sitter(rig: Rig, view: View = "front", size: int = 240, at: Camera | None = 
     return Portrait.of(rig, view, size=(size, size), camera=at or camera(rig, view))
 
 
-def shell(vertices: Floats, triangles: Ints) -> Rig:
-    """Return a bare surface that can be pictured."""
-    return Rig(Mesh(vertices, triangles), no_blendshapes(len(vertices)))
-
-
 def line(points: Floats, step: float) -> Floats:
     """Return points `(M, 3)` along a polyline, no farther apart than `step`."""
     lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
@@ -51,7 +43,7 @@ def line(points: Floats, step: float) -> Floats:
 
 
 def lines(
-    strokes: Sequence[Floats], colours: Sequence[tuple[float, ...]], radius: float, *, on_top: bool = False
+    strokes: Sequence[Floats], colours: Sequence[Sequence[float]] | Floats, radius: float, *, on_top: bool = False
 ) -> Dots:
     """Return polylines as strings of small balls."""
     strings = [line(stroke, radius) for stroke in strokes]
@@ -79,6 +71,3 @@ def distinct(count: int) -> Floats:
     return np.clip(shade * (0.68 + 0.42 * np.cos(phase)), 0, 1)
 
 
-def head_only(rig: Rig) -> Rig:
-    """Return a face in one grey, so that what is drawn on it stands out."""
-    return replace(rig, colours={})

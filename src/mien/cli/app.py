@@ -7,7 +7,7 @@ import sys
 
 import typer
 
-from mien.cli import convert, demo, evaluate, fit, inspect, methods, pairs, render, retarget, rig
+from mien.cli import compose, convert, demo, evaluate, fit, inspect, methods, pairs, render, retarget, rig
 from mien.core.errors import MienError
 
 app = typer.Typer(
@@ -23,6 +23,7 @@ for command in (
     retarget.retarget,
     fit.fit,
     rig.rig,
+    compose.compose,
     pairs.pairs,
     inspect.inspect,
     convert.convert,

@@ -21,6 +21,7 @@ def fit(
     landmarks: options.Landmarks = None,
     count: options.Count = 99,
     examples: options.Examples = None,
+    extremes: options.Extremes = None,
     rigid: options.Rigid = None,
     set_: options.Set = None,
     json: options.Json = False,
@@ -52,6 +53,7 @@ def fit(
         examples,
         tuple(rigid or ()),
         settings=assignments(set_ or []),
+        extremes=extremes,
     )
     check_place(output, inputs_of(request), [SUFFIX], "a fitted model")
     with stages(quiet) as stage:

@@ -22,6 +22,10 @@ Landmarks = Annotated[
 ]
 Count = Annotated[int, typer.Option(min=4, help="How many pairs to make from landmarks.")]
 Examples = Annotated[Path | None, typer.Option(help="Frames that show named shapes (.csv, .json).")]
+Extremes = Annotated[
+    Path | None,
+    typer.Option(help="For layers: which frame of the training take shows which extreme (.csv: layer,extreme,frame)."),
+]
 Rigid = Annotated[list[str] | None, typer.Option(help="A marker that rides on the skull; repeat for several.")]
 Set = Annotated[
     list[str] | None,

@@ -26,6 +26,18 @@ def prior_weights(items: Sequence[str]) -> dict[str, Any]:
     return settings
 
 
+def numbers(items: Sequence[str], option: str) -> dict[str, float]:
+    """Read NAME=NUMBER items."""
+    found = {}
+    for item in items:
+        name, value = _split(item, option)
+        try:
+            found[name] = float(value)
+        except ValueError:
+            raise typer.BadParameter(f"{item!r} does not end in a number.", param_hint=option) from None
+    return found
+
+
 def pair_names(items: Sequence[str], option: str) -> list[tuple[str, str]]:
     """Read A,B items."""
     pairs = []

@@ -1,4 +1,4 @@
-"""`mien render`: pictures of an animated face, without a display."""
+"""`mien render`: pictures of an animated face, without a display, and a page that plays it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,9 @@ import typer
 
 def render(
     file: Annotated[Path, typer.Argument(help="A face: .glb, .gltf or a folder of .obj.")],
-    output: Annotated[Path, typer.Option("-o", "--output", help="Where to write: .png (a sheet) or .mp4 (a film).")],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", help="Where to write: .png (a sheet), .mp4 (a film) or .html (a player).")
+    ],
     clip: Annotated[Path | None, typer.Option(help="Weights to play, if not the file's own animation.")] = None,
     view: Annotated[str, typer.Option(help="front, three-quarter or side.")] = "front",
     size: Annotated[int, typer.Option(min=32, max=4096, help="Width and height of a picture [pixels].")] = 480,
@@ -22,12 +24,14 @@ def render(
     json: Annotated[bool, typer.Option("--json", help="Print what was written as JSON.")] = False,
     quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Print nothing but errors.")] = False,
 ) -> None:
-    """Picture a FILE: a sheet of telling frames, or a film.
+    """Picture a FILE: a sheet of telling frames, a film, or a page that plays in any browser.
 
     Examples:
       mien render out.glb -o sheet.png
 
       mien render out.glb -o film.mp4 --size 720
+
+      mien render out.glb -o player.html
 
       mien render hero.glb --clip weights.csv -o film.mp4 --view three-quarter
     """

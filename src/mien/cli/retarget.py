@@ -33,6 +33,7 @@ def retarget(
     landmarks: options.Landmarks = None,
     count: options.Count = 99,
     examples: options.Examples = None,
+    extremes: options.Extremes = None,
     rigid: options.Rigid = None,
     bounds: Annotated[
         tuple[float, float] | None, typer.Option(help="Lowest and highest weight.", metavar="LO HI")
@@ -51,6 +52,10 @@ def retarget(
     report: Annotated[
         Path | None, typer.Option(help="An account of the result: .html to look at, .json to read by script.")
     ] = None,
+    layers: Annotated[
+        Path | None,
+        typer.Option(help="With --method layers: the curves of the layers (.csv), to edit and `mien compose`."),
+    ] = None,
     onto: Annotated[
         Path | None, typer.Option("--character", help="With a model: where its character is now, if it has moved.")
     ] = None,
@@ -66,12 +71,15 @@ def retarget(
 
       mien retarget phone.csv hero.glb --actor me.glb -o out.glb --bounds 0 1
 
+      mien retarget take.c3d globe.glb --method layers --training rom.c3d --extremes rom.csv -o out.glb
+
       mien fit rom.c3d hero.glb -o hero.mien && mien retarget take.c3d hero.mien -o out.glb
     """
     from mien.cli.parse import assignments, pair_names, prior_weights
     from mien.cli.say import print_json, stages
+    from mien.job.compose import write_layers
     from mien.job.model import SUFFIX, replay
-    from mien.job.outputs import check_outputs, inputs_of, with_losses, write_outputs
+    from mien.job.outputs import check_outputs, check_place, inputs_of, with_losses, write_outputs
     from mien.job.retarget import Request, run
 
     settings = assignments(set_ or [])
@@ -97,17 +105,23 @@ def retarget(
         tuple(rigid or ()),
         head,
         settings,
+        extremes,
     )
-    check_outputs(output, [*inputs_of(request), *([onto] if onto else [])], report=report, csv_format=csv_format)
+    given_files = [*inputs_of(request), *([onto] if onto else [])]
+    check_outputs(output, given_files, report=report, csv_format=csv_format)
+    if layers is not None:
+        check_place(layers, [*given_files, *output], (".csv",), "the curves of layers")
     with stages(quiet) as stage:
         result = replay(request, onto, stage) if character.suffix.lower() == SUFFIX else run(request, stage)
         result = with_losses(result, output, csv_format)
         stage("write")
         write_outputs(result, output, csv_format, report)
+        if layers is not None:
+            write_layers(layers, result)
     if json:
         print_json(result.report.as_json())
     elif not quiet:
-        _summary(result, [*output, *([report] if report else [])])
+        _summary(result, [*output, *(path for path in (report, layers) if path is not None)])
 
 
 def _summary(result: Result, written: list[Path]) -> None:

@@ -110,24 +110,27 @@ def _seam_twins(mesh: Mesh) -> tuple[Ints, Ints]:
     return pairs[agree, 0], pairs[agree, 1]
 
 
-def exposed(mesh: Mesh, points: Floats, normals: Floats) -> Flags:
+def exposed(mesh: Mesh, points: Floats, normals: Floats, ahead: Floats | None = None) -> Flags:
     """Tell which points of a surface can be seen from outside, `(M,)`: not so the inside of a closed mouth.
 
     Args:
         mesh: what may hide them.
         points, normals: `(M, 3)` on the surface.
+        ahead: `(3,)` the direction of the half of space they are looked at from; all of it if None.
     """
     scene = igl.embree.EmbreeIntersector()
     scene.init(np.asfortranarray(mesh.vertices, np.float32), np.asfortranarray(mesh.triangles, np.int32), True)
     around = unit(np.array([axis for axis in np.ndindex(3, 3, 3) if axis != (1, 1, 1)], np.float64) - 1)
+    if ahead is not None:
+        around = around[around @ ahead > GRAZING * np.linalg.norm(ahead)]
     lift = 1e-4 * float(np.ptp(mesh.vertices, axis=0).max())
     origins, rays = (points + lift * normals).astype(np.float32), around.astype(np.float32)
     facing = normals @ around.T
     order = np.argsort(-facing, axis=1, kind="stable")
     found = np.zeros(len(points), np.bool_)
     for i, origin in enumerate(origins):
-        ahead = order[i, : int((facing[i] > GRAZING).sum())]
-        found[i] = any(scene.intersectRay_first(origin, rays[j])[0] < 0 for j in ahead)
+        towards = order[i, : int((facing[i] > GRAZING).sum())]
+        found[i] = any(scene.intersectRay_first(origin, rays[j])[0] < 0 for j in towards)
     return found
 
 

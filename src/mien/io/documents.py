@@ -186,6 +186,40 @@ def read_examples(path: Path | str) -> Examples:
         raise FileError(f"{path}: {error}") from None
 
 
+def read_extremes(path: Path | str) -> Examples:
+    """Read which frame of a take shows which extreme of which layer: a CSV with `layer,extreme,frame`.
+
+    Returns:
+        One labelled frame per row; the parameters are named `layer.extreme`.
+
+    Raises:
+        FileError: a column is missing, a frame is not a whole number, or an extreme stands there twice.
+    """
+    path = Path(path)
+    try:
+        rows = list(csv.DictReader(io.StringIO(read_text(path))))
+    except csv.Error as error:
+        raise FileError(f"{path} is not comma-separated text: {error}.") from None
+    wanted = ("layer", "extreme", "frame")
+    if not rows or not set(wanted) <= set(rows[0]):
+        found = ", ".join(str(name) for name in rows[0]) if rows else "no rows"
+        raise FileError(f"{path} must have the columns {', '.join(wanted)} and a row per extreme, but has {found}.")
+    names, frames = [], []
+    for line, row in enumerate(rows, start=2):
+        layer, extreme, frame = (str(row[key] or "").strip() for key in wanted)
+        if not layer or not extreme or not frame.isdecimal() or int(frame) > LAST_FRAME:
+            raise FileError(
+                f"{path}, line {line}: a layer, an extreme and a frame number are needed, as in emotion,joy,120."
+            )
+        names.append(f"{layer}.{extreme}")
+        frames.append(int(frame))
+    labels = np.where(np.eye(len(names)) > 0, 1.0, np.nan)
+    try:
+        return Examples(np.array(frames, dtype=np.int64), tuple(names), labels)
+    except InputError as error:
+        raise FileError(f"{path}: {error}") from None
+
+
 def join(points: Sequence[SurfacePoints]) -> SurfacePoints:
     """Put surface points one after another."""
     return SurfacePoints(np.vstack([p.corners for p in points]), np.vstack([p.weights for p in points]))

@@ -103,7 +103,7 @@ def losses(clip: Clip, outputs: Sequence[Path], csv_format: str) -> tuple[Note, 
 def inputs_of(request: Request) -> list[Path]:
     """Return the files a request reads."""
     landmarks = [path for path in request.landmarks or () if path != OWN]
-    optional = (request.actor, request.training, request.pairs, request.examples, *landmarks)
+    optional = (request.actor, request.training, request.pairs, request.examples, request.extremes, *landmarks)
     neutral = [Path(request.neutral)] if request.neutral is not None else []
     return [request.performance, request.character, *neutral, *(path for path in optional if path is not None)]
 

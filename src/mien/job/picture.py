@@ -1,4 +1,4 @@
-"""A face file as a sheet of pictures or a film."""
+"""A face file as a sheet of pictures, a film, or a page that plays it."""
 
 from __future__ import annotations
 
@@ -9,13 +9,15 @@ import numpy as np
 
 from mien.core import Clip, FileError, InputError, Rig
 from mien.core.errors import unknown
+from mien.io.files import written_whole
 from mien.io.formats import format_of, read_clip, read_rig
 from mien.look.camera import TURNS, View
 from mien.look.movie import render_clip
+from mien.look.player import player_page
 from mien.look.portrait import Portrait, frame_clip
 from mien.look.sheet import Labelled, Row, contact_sheet, save_png, sheet
 
-PICTURES = (".png", ".mp4")
+PICTURES = (".png", ".mp4", ".html")
 
 
 def picture(
@@ -30,9 +32,9 @@ def picture(
     fps: float | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> None:
-    """Picture a face: a sheet of frames (`.png`) or a film (`.mp4`).
+    """Picture a face: a sheet of frames (`.png`), a film (`.mp4`) or a page that plays it (`.html`).
 
-    A face without animation is shown at rest and in each of its strongest shapes.
+    A face without animation is shown at rest and in each of its strongest shapes; on a page they are set by hand.
 
     Raises:
         FileError: a file cannot be read or written, or a film is asked of a still face.
@@ -42,15 +44,21 @@ def picture(
         raise InputError(unknown("view", view, TURNS))
     suffix = output.suffix.lower()
     if suffix not in PICTURES:
-        raise FileError(f"cannot write {output}: pictures are .png, films .mp4.")
+        raise FileError(f"cannot write {output}: pictures are .png, films .mp4, pages .html.")
     rig = read_rig(file)
     seen: View = view
     motion = _motion(file, clip)
     if suffix == ".mp4":
         if motion is None:
-            raise FileError(f"{file} has no animation to film; give one with --clip, or make a .png sheet.")
+            raise FileError(
+                f"{file} has no animation to film; give one with --clip, or make a .png sheet or an .html page."
+            )
         even = size + size % 2
         render_clip(output, rig, motion, view=seen, size=(even, even), fps=fps, progress=progress)
+    elif suffix == ".html":
+        page = player_page(rig, motion, view=seen)
+        with written_whole(output) as temporary:
+            temporary.write_text(page, encoding="utf-8")
     elif motion is None:
         save_png(output, shape_sheet(rig, seen, size, count))
     else:

@@ -10,14 +10,16 @@ from pathlib import Path
 from typing import Any
 
 from mien.capture import fill_gaps
-from mien.core import Clip, Correspondence, InputError, Markers, Note, Report, Rig
+from mien.core import Clip, Correspondence, Examples, InputError, Markers, Note, Report, Rig
 from mien.core.arrays import Floats
 from mien.io.documents import read_examples
 from mien.io.formats import read_rig
+from mien.job.layers import actor_extremes, rest_of
 from mien.job.pairs import DEFAULT_COUNT, find_pairs
 from mien.job.performance import Performance, check_same_mesh, load_performance
 from mien.retargeting import METHODS, make_method, parameters
 from mien.retargeting.copying import held
+from mien.retargeting.layers import Layers
 
 Progress = Callable[[str], None]
 Stage = Callable[[str], AbstractContextManager[None]]
@@ -36,6 +38,7 @@ class Request:
         pairs, landmarks: what corresponds.
         count: pairs to make from landmarks.
         examples: labelled frames of the training take.
+        extremes: for layers, which frame of the training take shows which extreme.
         rigid: markers that ride on the skull.
         head: whether head motion goes to the character.
         settings: the method's parameters.
@@ -54,6 +57,7 @@ class Request:
     rigid: tuple[str, ...] = ()
     head: bool = True
     settings: dict[str, Any] = field(default_factory=dict)
+    extremes: Path | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,6 +135,10 @@ def learn(request: Request, stage: Stage) -> tuple[Fitted, Performance]:
     _check_training(performance, training)
     if request.method == "copy" or (performance.clip is not None and performance.actor is None):
         return _copier(request, performance, character), performance
+    if request.method == Layers.name:
+        own = actor_extremes(training, character, request.extremes, request.landmarks, request.count)
+        if own is not None:
+            return _layered(request, stage, own, training, character), performance
     with stage("pair"):
         pairs, notes = find_pairs(
             training,
@@ -156,13 +164,36 @@ def learn(request: Request, stage: Stage) -> tuple[Fitted, Performance]:
     return Fitted(retargeter, character, pairs, (*notes, *remarks)), performance
 
 
+def _layered(
+    request: Request,
+    stage: Stage,
+    own: tuple[Markers, Examples, Correspondence | None],
+    training: Performance,
+    character: Rig,
+) -> Fitted:
+    """Fit the layers method to an actor with extremes of its own, which no pair ties to the character."""
+    take, extremes, points = own
+    with stage("fit"):
+        retargeter = make_method(request.method, request.settings).fit(
+            character,
+            take,
+            neutral=rest_of(training, points, request.neutral),
+            rigid=request.rigid,
+            head_moves=training.head_moves,
+            examples=extremes,
+        )
+    return Fitted(retargeter, character, points)
+
+
 def play(
     fitted: Fitted, performance: Performance, stage: Stage, timing: dict[str, float], *, head: bool = True
 ) -> Result:
     """Map a performance with a fitted method."""
     retargeter, character = fitted.retargeter, fitted.character
     with stage("solve"):
-        if fitted.pairs is None:
+        if fitted.pairs is None and performance.markers is not None and hasattr(retargeter, "markers"):
+            filled = fill_gaps(performance.markers.only(retargeter.markers))
+        elif fitted.pairs is None:
             if performance.clip is None:
                 raise InputError(f"this method maps weights to weights, but {performance.path} holds markers.")
             filled = None

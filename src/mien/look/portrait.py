@@ -13,7 +13,6 @@ from mien.look.camera import Camera, View, face_vertices, frame_all, frame_face
 from mien.look.parts import Surface, surface_of
 from mien.look.raster import Dots, Edges, Picture, render, vertex_normals
 
-
 AT_ONCE = 32
 """Frames posed together while looking how far a face reaches."""
 

@@ -6,7 +6,7 @@ one, so what a label would gain is known before it is made.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import solve_triangular
@@ -16,11 +16,13 @@ from mien.core.arrays import Floats, Ints
 from mien.retargeting.samples import Samples
 from mien.retargeting.transport.experts import stretch_of
 from mien.retargeting.transport.principal import PrincipalSpace
-from mien.retargeting.transport.process import Kernel, kernel_for
+from mien.retargeting.transport.process import LinearRadialKernel, kernel_for
 
 RADIAL, NOISE = 0.3, 0.01
 """Of the kernel that frames are compared by, its linear part being 1: chosen once, since few labels don't tell it."""
 POWER = 0.5
+MOST = 3000
+"""Unlabelled rows that are compared, evenly chosen if there are more."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,12 +61,14 @@ def suggest(given: Samples, count: int) -> Suggestion:
     space = PrincipalSpace.of(given.X)
     stretch = stretch_of(space, POWER)
     labelled = space.coordinates(given.X_labelled[given.seen & given.given]) * stretch
-    rows = space.coordinates(given.X_only) * stretch
+    among = np.unique(np.linspace(0, len(given.X_only) - 1, max(MOST, count)).astype(int))
+    rows = space.coordinates(given.X_only[among]) * stretch
     kernel = kernel_for(np.concatenate([labelled, rows]), (1.0, RADIAL, 1.0, NOISE))
-    return _greedy(_left(kernel, labelled, rows), count, float(kernel.at(rows).sum()))
+    found = _greedy(_left(kernel, labelled, rows), count, float(kernel.at(rows).sum()))
+    return replace(found, frames=among[found.frames])
 
 
-def _left(kernel: Kernel, labelled: Floats, rows: Floats) -> Floats:
+def _left(kernel: LinearRadialKernel, labelled: Floats, rows: Floats) -> Floats:
     """Return the covariance `(m, m)` of rows that labels leave."""
     covariance = kernel.between(labelled, labelled) + kernel.noise * np.eye(len(labelled))
     reach = solve_triangular(np.linalg.cholesky(covariance), kernel.between(labelled, rows), lower=True)

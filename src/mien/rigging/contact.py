@@ -20,8 +20,9 @@ from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 
-from mien.core.arrays import Floats, Ints
+from mien.core.arrays import Flags, Floats, Ints
 from mien.core.units import human_centimetre
+from mien.geometry.surface import unit
 from mien.rigging.dense import DenseFit
 from mien.rigging.maps import overall, stretch
 from mien.rigging.touching import MEET_CM, Contacts, Touching, edge_lengths
@@ -34,7 +35,7 @@ FAR_CM = 0.4
 """Points that are farther than this from touching are no pair on this face: they stay as they are, and are counted."""
 ENOUGH = 0.1
 """Poses in which nothing is off by more than this share of what counts as touching are left as they are."""
-SOFT = 1e-5
+SOFT = 1e-3
 """How much contacts that contradict each other give way, relative to what a single one feels."""
 NEXT = 6
 """Contacts next to one another along a slit tell which way it runs."""
@@ -68,7 +69,8 @@ class Meeting:
         changed: the row that a correction goes to.
         difference: `(C, N)`; applied to positions it gives the gaps.
         goal: `(C, 3)` the gaps as they should be in the pose.
-        across: `(C, 3, 3)` projections across the slit: along it points may slide.
+        across: `(C, 3, 3)` projections onto what counts: the way the sides stand apart at rest or, of points that
+            touch at rest, everything across the slit.
         apart: `(C, 3)` the target's gaps at rest, zero where the points touch at rest on the source.
     """
 
@@ -81,10 +83,12 @@ class Meeting:
     apart: Floats
 
     def missing(self, posed: Floats) -> Floats:
-        """Return what is missing `(C, 3)` in a pose `(N, 3)`: nothing where one side has come to lie over the other."""
-        missing = np.einsum("cab,cb->ca", self.across, self.goal - self.difference @ posed)
-        missing[(missing * self.apart).sum(axis=1) > 0] = 0
-        return np.asarray(missing)
+        """Return what is missing `(C, 3)` in a pose `(N, 3)`."""
+        return np.asarray(np.einsum("cab,cb->ca", self.across, self.goal - self.difference @ posed))
+
+    def open(self, missing: Floats) -> Flags:
+        """Return `(C,)` where the sides have not met: not where one has come to lie over the other."""
+        return np.asarray((missing * self.apart).sum(axis=1) <= 0)
 
     def take(self, rows: Ints) -> Meeting:
         """Keep some of the pairs."""
@@ -127,16 +131,17 @@ def close(
     account = []
     for meeting in meetings:
         posed = fit.target.vertices + result[list(meeting.shapes)].sum(axis=0)
-        near = np.linalg.norm(meeting.missing(posed), axis=1) <= FAR_CM * centimetre
-        pairs = meeting.take(np.flatnonzero(near))
-        missing = pairs.missing(posed)
+        missing = meeting.missing(posed)
+        wanting, near = meeting.open(missing), np.linalg.norm(missing, axis=1) <= FAR_CM * centimetre
+        pairs, missing = meeting.take(np.flatnonzero(wanting & near)), missing[wanting & near]
         before = float(np.linalg.norm(missing, axis=1).max(initial=0.0))
         if before <= ENOUGH * MEET_CM * centimetre:
             continue
         change = bumps.change(pairs, missing)
         result[meeting.changed] += change
-        after = float(np.linalg.norm(pairs.missing(posed + change), axis=1).max())
-        account.append(Closing(meeting.name, len(missing), int((~near).sum()), before, after))
+        left = pairs.missing(posed + change)
+        after = float(np.linalg.norm(left[pairs.open(left)], axis=1).max(initial=0.0))
+        account.append(Closing(meeting.name, len(missing), int((wanting & ~near).sum()), before, after))
     return result, tuple(account)
 
 
@@ -160,7 +165,9 @@ def _carried(name: str, rows: tuple[int, ...], contacts: Contacts, posed: Floats
     apart = difference @ fit.target.vertices
     goal += np.where(contacts.met[:, None], apart - enlarged * resting @ turn.T, 0.0)
     apart[contacts.met] = 0
+    way = unit(apart)
     across = _across(posed[contacts.vertices], turn)
+    across[~contacts.met] = (way[:, :, None] * way[:, None, :])[~contacts.met]
     return Meeting(name, rows, rows[-1], difference, goal, across, apart)
 
 

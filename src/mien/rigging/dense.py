@@ -131,7 +131,7 @@ def lay(
     positions = np.where(from_side.skin[:, None], stuck.points.of(target.vertices), warped)
     paired = from_side.skin & ~stuck.adrift
 
-    ground = from_side.at(positions, paired[film.triangles].all(axis=1))
+    ground = from_side.at(positions, np.asarray(paired[film.triangles].all(axis=1)))
     back = stick(to_side.sheet, to_side.order, ground, to_side.anchors(source_landmarks), to_side.radius)
     seams = to_side.skin & (to_side.order < NEAR_SEAM * to_side.radius)
     ways_back, _ = confirmed(to_side.sheet, stuck.points, ground, back.points, seams)

@@ -23,6 +23,7 @@ from mien.rigging.attributes import carried_skin
 from mien.rigging.blendshapes import carried
 from mien.rigging.brought import Brought, bring, colours_with, face_with
 from mien.rigging.dense import DenseFit, lay
+from mien.rigging.inside import settled
 from mien.rigging.joints import carried_joints
 from mien.rigging.landmarks import check_is_face, paired_landmarks
 from mien.rigging.parts import attachments
@@ -80,7 +81,7 @@ def transfer_rig(
     fit = lay(generic.neutral, pairs.source, face.neutral, pairs.target)
     check_is_face(fit, face.name)
     structure = Structure.of(fit)
-    attached = attachments(fit)
+    attached = settled(fit, attachments(fit))
     brought = bring(generic, fit, structure, attached) if parts == "auto" else Brought.nothing()
     means = brought.means(fit, attached)
     skeleton, skin = None, None

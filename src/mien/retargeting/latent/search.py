@@ -18,6 +18,8 @@ FLAT = 1e-5
 """A frame is found when no entry of the gradient exceeds this share of the energy's size."""
 WORTH = 1e-8
 """Nor is a step taken that promises less than this share: rounding would hide it."""
+REACH = 0.5
+"""The longest step, in widths of the kernel: beyond, a curvature learned here says nothing."""
 SMALLEST = 1e-9
 """The predictive variance is at least the kernel's noise; rounding must not make it less than this."""
 
@@ -140,6 +142,7 @@ def descend(
         if np.abs(g).max() <= FLAT * size or (scaled and -slope <= WORTH * size):
             break
         step = 1.0 if scaled else min(1.0, 0.1 / np.sqrt(-slope))
+        step = min(step, REACH / np.sqrt(kernel[1] * (direction * direction).sum()))
         accepted = False
         for _ in range(12):
             trial[:] = z + step * direction
@@ -217,7 +220,7 @@ def find(
     Args:
         z: `(q,)` where to begin; out, the latent point.
         other: `(q,)` another place, taken if it is better.
-        bend: `(q, q)` the inverse Hessian, as for `descend`.
+        bend: `(q, q)` the inverse Hessian at `z`, as for `descend`.
         centres: as for `energy`, and so are those not named here.
         kernel: as above.
         coefficients: `(n, d)`.
@@ -251,6 +254,7 @@ def find(
     g = np.empty(len(z))
     if energy(other, *problem, g, work) < energy(z, *problem, g, work):
         z[:] = other
+        bend[:] = 0.0
     lowest = descend(z, bend, *problem)[0]
     k = work[0, :n]
     respond(z, centres, kernel[0], kernel[1], k)

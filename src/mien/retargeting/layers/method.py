@@ -60,7 +60,7 @@ class Layers:
     needs: ClassVar[str] = "markers or an animated face, and frames picked as extremes; or pairs or landmarks"
     presets: ClassVar[Mapping[str, Mapping[str, Any]]] = {"paper": {"sigma": 0.02, "closure": 1.0}}
 
-    smooth: float = 0.001
+    smooth: float = 0.0001
     sigma: float = 0.02
     closure: float = 0.002
     lips: Sequence[str] = ()

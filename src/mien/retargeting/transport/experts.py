@@ -18,7 +18,7 @@ from mien.core.arrays import Floats
 from mien.retargeting.transport.hull import LocalHull
 from mien.retargeting.transport.plan import transport_plan
 from mien.retargeting.transport.principal import PrincipalSpace
-from mien.retargeting.transport.process import Kernel, Process, kernel_for, most_evident
+from mien.retargeting.transport.process import LinearRadialKernel, Process, kernel_for, most_evident
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ def stretch_of(space: PrincipalSpace, power: float) -> Floats:
     return np.asarray((space.spread / space.spread[0]) ** -power / space.spread[0])
 
 
-def alone(stretch: Floats, coordinates: Floats, targets: Floats, kernel: Kernel | None = None) -> Expert:
+def alone(stretch: Floats, coordinates: Floats, targets: Floats, kernel: LinearRadialKernel | None = None) -> Expert:
     """Learn from the labelled rows only: the process of most evidence, or of a kernel already chosen."""
     inputs = coordinates * stretch
     return Expert(stretch, Process.told(kernel or most_evident(inputs, targets), inputs, targets))
@@ -110,7 +110,7 @@ def matched(
         inputs = every * stretch
         kernel = kernel_for(inputs, (1.0, how.radial, 1.0, own_noise))
         found = Expert(stretch, Process.told(kernel, inputs, told, noise))
-    return Expert(found.stretch, found.process, hull)
+    return Expert(found.stretch, found.process, hull if hull.neighbours else None)
 
 
 def relevance(inputs: Floats, targets: Floats, noise: Floats) -> Floats:

@@ -28,7 +28,7 @@ class LocalHull:
     rows: Floats
     space: PrincipalSpace
     stretch: Floats
-    neighbours: int = 12
+    neighbours: int
 
     def __call__(self, poses: Floats) -> Floats:
         """Return poses `(m, k)` moved towards the affine hull of their nearest rows.

@@ -6,10 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mien.core import Note
+from mien.core import InputError, Note
 from mien.core.arrays import Floats, floats
 from mien.retargeting.transport.experts import Expert
 from mien.retargeting.transport.principal import PrincipalSpace
+
+LOOSE = 0.3
+"""Variance, over the largest of a target, by which a few given entries may miss when they speak for all others."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +55,26 @@ class LearntTransport:
     def recovered(self, X: Floats) -> Floats:
         """Return source rows `(f, dx)` as they were probably meant, without noise and gaps."""
         return self.source.restored(self._rows(X))
+
+    def complete(self, given: Floats) -> Floats:
+        """Complete a pose of which a few entries are given (character posing).
+
+        Conditions the principal components of all target rows on the entries given, loosely: taken at their
+        word, two entries would move fifty others far from any pose seen.
+
+        Args:
+            given: `(dy,)`, NaN where free.
+
+        Returns:
+            The pose `(dy,)`; what was given stays.
+
+        Raises:
+            InputError: no entry is given.
+        """
+        row = floats(given, (len(self.target.mean),), "the given entries", nan=True)[None]
+        if np.isnan(row).all():
+            raise InputError("no entry of the pose is given; give at least one, the more telling the better.")
+        return np.asarray(self.target.loosened(LOOSE).completed(row)[0])
 
     def _believed(self) -> list[tuple[float, Expert]]:
         return [(float(s), one) for s, one in zip(self.shares, self.experts, strict=True) if s > 0]

@@ -21,13 +21,16 @@ from mien.retargeting.transport.experts import Expert, Matching, alone, matched,
 from mien.retargeting.transport.hull import LocalHull
 from mien.retargeting.transport.learnt import LearntTransport
 from mien.retargeting.transport.principal import PrincipalSpace
-from mien.retargeting.transport.process import Kernel, most_evident
+from mien.retargeting.transport.process import LinearRadialKernel, most_evident
 from mien.retargeting.transport.shares import shares
 
 FEWEST = 3
 """Labels below which nothing can be held out, and weak labels are not believed."""
 DOUBTFUL = 4.0
 """Weak labels of so many times the noise are tried as well."""
+
+UNHEEDED = 0.9
+"""Share of the process without weak labels above which that is worth saying."""
 
 
 @dataclass(frozen=True)
@@ -40,6 +43,7 @@ class TransportModel:
         softness: of the transport plan, over the median cost.
         weak_noise: noise variance of a weak label, the targets' variance being 1.
         relevance: how far coordinates are rescaled by what the targets make of them.
+        neighbours: target rows that a pose is drawn to where weak labels were told; 0 leaves it where it is.
         most: unlabelled rows of each side that are matched.
     """
 
@@ -49,11 +53,12 @@ class TransportModel:
     softness: float = 0.04
     weak_noise: float = 0.4
     relevance: float = 0.5
+    neighbours: int = 12
     most: int = 600
 
     def __post_init__(self) -> None:
         in_range(self, source_power=(0, 1), target_power=(0, 1), rounds=(0, 100), softness=(1e-3, 10))
-        in_range(self, weak_noise=(1e-3, 1e3), relevance=(0, 1), most=(2, 5000))
+        in_range(self, weak_noise=(1e-3, 1e3), relevance=(0, 1), neighbours=(0, 1000), most=(2, 5000))
 
     def learn(self, given: Samples) -> LearntTransport:
         """Learn from samples; deterministic, and the order of unlabelled rows does not matter."""
@@ -63,13 +68,22 @@ class TransportModel:
         if count:
             notes = (*notes, Note("targets-completed", f"{count} entries of labels were not given and were completed."))
         coordinates, targets = source.coordinates(given.X_labelled), target.completed(given.Y_labelled)
-        unlabelled = _thinned(source.coordinates(given.X_only), self.most)
-        goals = target.completed(given.Y_only)
+        unlabelled, goals = source.coordinates(given.X_only), target.completed(given.Y_only)
+        if self.rounds and max(len(unlabelled), len(goals)) > self.most:
+            text = f"of {len(unlabelled)} source rows and {len(goals)} target rows without label, {self.most} each are matched."
+            notes = (*notes, Note("unlabelled-thinned", text))
+        unlabelled = unlabelled[_spread(unlabelled[:, 0], self.most)]
         goals = goals[_spread(target.coordinates(goals)[:, 0], self.most)]
         kernel = most_evident(coordinates * stretch_of(source, self.source_power), targets)
         learn = _Learning(self, source, target, kernel, coordinates, targets, unlabelled, goals)
         experts = tuple(learn(np.ones(len(targets), bool)))
         found = shares(learn, coordinates, targets) if len(experts) > 1 else np.ones(1)
+        if len(experts) > 1 and found[0] > UNHEEDED:
+            text = (
+                f"predictions with weak labels get {1 - found[0]:.0%} of the say: the target-only rows seem to be of "
+                "another kind of performance than the source."
+            )
+            notes = (*notes, Note("weak-labels-unheeded", text))
         return LearntTransport(source, target, experts, found, notes)
 
 
@@ -80,7 +94,7 @@ class _Learning:
     settings: TransportModel
     source: PrincipalSpace
     target: PrincipalSpace
-    kernel: Kernel
+    kernel: LinearRadialKernel
     coordinates: Floats
     targets: Floats
     source_only: Floats
@@ -94,19 +108,15 @@ class _Learning:
         if s.rounds == 0 or few:
             return [first]
         rows = np.concatenate([labelled[1], self.target_only])
-        hull = LocalHull(rows, self.target, stretch_of(self.target, s.target_power))
+        hull = LocalHull(rows, self.target, stretch_of(self.target, s.target_power), s.neighbours)
         ways = [
             Matching(s.rounds, s.softness, noise, 0.3, s.relevance) for noise in (s.weak_noise, DOUBTFUL * s.weak_noise)
         ]
         return [first, *(matched(first, labelled, self.source_only, hull, way) for way in ways)]
 
 
-def _thinned(rows: Floats, most: int) -> Floats:
-    """Return at most so many rows, spread over the first coordinate whatever their order."""
-    return rows[_spread(rows[:, 0], most)]
-
-
 def _spread(along: Floats, most: int) -> Flags:
+    """Choose at most so many rows, spread over a coordinate whatever their order."""
     used = np.zeros(len(along), bool)
     order = np.argsort(along, kind="stable")
     used[

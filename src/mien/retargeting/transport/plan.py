@@ -7,7 +7,7 @@ import numpy as np
 from mien.core.arrays import Floats
 
 SMALLEST = 1e-280
-"""Kernel entries below it count as this: a row far from all others still finds a partner."""
+"""LinearRadialKernel entries below it count as this: a row far from all others still finds a partner."""
 
 
 def transport_plan(cost: Floats, softness: float, iterations: int = 100) -> Floats:

@@ -8,7 +8,7 @@ coordinate by the share of its variance that is not noise.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -76,6 +76,12 @@ class PrincipalSpace:
             system = axes @ axes.T + np.diag(self.noise / self.spread**2)
             found[i] = np.linalg.solve(system, axes @ (rows[i] - self.mean)[~unseen[i]])
         return found
+
+    def loosened(self, share: float) -> PrincipalSpace:
+        """Return the space with noise of a share of the largest variance, for poses of which little is given."""
+        return replace(
+            self, noise=max(self.noise, share * float((self.spread[:, None] ** 2 * self.axes**2).sum(axis=0).max()))
+        )
 
     def restored(self, rows: Floats) -> Floats:
         """Return rows `(n, d)` as their coordinates make them: without noise and gaps."""

@@ -25,7 +25,7 @@ JITTER = 1e-9
 
 
 @dataclass(frozen=True)
-class Kernel:
+class LinearRadialKernel:
     """`linear ⟨x, x'⟩/size + radial exp(−‖x − x'‖² / 2 length apart) + noise δ`.
 
     Attributes:
@@ -66,7 +66,7 @@ class Process:
         amplitude: `(k,)` variance of each target per unit of the kernel.
     """
 
-    kernel: Kernel
+    kernel: LinearRadialKernel
     inputs: Floats
     mean: Floats
     weights: Floats
@@ -74,7 +74,7 @@ class Process:
     amplitude: Floats
 
     @classmethod
-    def told(cls, kernel: Kernel, inputs: Floats, targets: Floats, noise: Floats | None = None) -> Process:
+    def told(cls, kernel: LinearRadialKernel, inputs: Floats, targets: Floats, noise: Floats | None = None) -> Process:
         """Condition on targets `(n, k)` at inputs `(n, r)`, of given noise variances `(n,)` or the kernel's."""
         own = np.full(len(inputs), kernel.noise) if noise is None else noise
         covariance = kernel.between(inputs, inputs) + np.diag(own + JITTER)
@@ -91,22 +91,22 @@ class Process:
     def doubt(self, rows: Floats) -> Floats:
         """Return the variance `(m,)` left at rows `(m, r)`, for targets of unit amplitude."""
         reach = solve_triangular(self.factor, self.kernel.between(self.inputs, rows), lower=True)
-        return np.maximum(self.kernel.at(rows) - (reach**2).sum(axis=0), 0.0)
+        return np.asarray(np.maximum(self.kernel.at(rows) - (reach**2).sum(axis=0), 0.0))
 
     def variance(self, rows: Floats) -> Floats:
         """Return the predictive variance `(m, k)` at rows `(m, r)`."""
         return self.doubt(rows)[:, None] * self.amplitude
 
 
-def kernel_for(inputs: Floats, logs: tuple[float, float, float, float]) -> Kernel:
+def kernel_for(inputs: Floats, logs: tuple[float, float, float, float]) -> LinearRadialKernel:
     """Return the kernel of these numbers (not their logarithms), sized for inputs `(n, r)`."""
     squared = cdist(inputs, inputs, "sqeuclidean")
     apart = squared[squared > 0]
     size = float((inputs**2).sum(axis=1).mean())
-    return Kernel(*logs, size or 1.0, float(np.median(apart)) if apart.size else 1.0)
+    return LinearRadialKernel(*logs, size or 1.0, float(np.median(apart)) if apart.size else 1.0)
 
 
-def most_evident(inputs: Floats, targets: Floats) -> Kernel:
+def most_evident(inputs: Floats, targets: Floats) -> LinearRadialKernel:
     """Return the kernel under which targets `(n, k)` at inputs `(n, r)` are the most probable (a priori included)."""
     centred = targets - targets.mean(axis=0)
     size = float(np.sqrt((centred**2).mean()))
@@ -121,7 +121,7 @@ def most_evident(inputs: Floats, targets: Floats) -> Kernel:
     ]
     best = min(found, key=lambda one: float(one.fun))
     linear, radial, length, noise = (float(value) for value in np.exp(best.x))
-    return Kernel(linear, radial, length, noise, unit.size, unit.apart)
+    return LinearRadialKernel(linear, radial, length, noise, unit.size, unit.apart)
 
 
 def evidence(logs: Floats, products: Floats, distances: Floats, outer: Floats, count: int) -> tuple[float, Floats]:

@@ -103,7 +103,7 @@ class Sheet:
         if not len(outside):
             return everywhere
         inwards = dijkstra(graph, indices=outside, min_only=True)
-        return np.clip(np.where(inwards > 0, -inwards, from_seams), -1e10, 1e10)
+        return np.asarray(np.clip(np.where(inwards > 0, -inwards, from_seams), -1e10, 1e10))
 
 
 def twins_of(vertices: Floats, triangles: Ints) -> Ints:

@@ -20,7 +20,7 @@ from mien.core import SurfacePoints
 from mien.core.arrays import Flags, Floats, Ints
 from mien.geometry.surface import closest_points
 from mien.rigging.warp_and_stick.sheet import Sheet
-from mien.rigging.warp_and_stick.triangle import closest_on_triangle, distance, point_at
+from mien.rigging.warp_and_stick.triangle import closest_on_triangle, distance, dot, point_at
 from mien.rigging.warp_and_stick.walk import Ways, forget, walk
 
 STRETCH = 3.0
@@ -219,7 +219,7 @@ def _nearest_is_near(
 ) -> bool:
     """Tell whether the closest point in space faces the right way and is reached without a detour."""
     t = lying.triangle[v]
-    if ground.normals[t] @ film.facing[v] <= FACING:
+    if dot(ground.normals[t], film.facing[v]) <= FACING:
         return False
     found = point_at(ground.vertices, lying.corners[v], lying.weights[v])
     way = np.inf
@@ -258,7 +258,7 @@ def _search(
             p, q, r = ground.triangles[t]
             place = closest_on_triangle(query, ground.vertices[p], ground.vertices[q], ground.vertices[r])
             away = distance(query, point_at(ground.vertices, ground.triangles[t], place))
-            faces = ground.normals[t] @ film.facing[v] > FACING
+            faces = dot(ground.normals[t], film.facing[v]) > FACING
             if (faces and away < best) or (not found and not faces and away < closest):
                 lying.corners[v], lying.weights[v] = ground.triangles[t], place
                 found = found or faces
