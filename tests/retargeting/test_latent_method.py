@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -49,7 +50,7 @@ def test_a_take_is_learned_from_its_labels_kept_in_a_model_and_folded(method) ->
         folded.append(values)
     assert np.abs(np.array(folded) - clip.values).max() < 1e-9
     header, arrays = packed(fitted)
-    again, _ = unpacked(header, arrays).retarget(part)
+    again, _ = unpacked(json.loads(json.dumps(header)), arrays).retarget(part)
     assert np.array_equal(again.values, clip.values)
 
 

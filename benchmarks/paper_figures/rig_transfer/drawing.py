@@ -17,7 +17,7 @@ GREY = np.array([0.82, 0.82, 0.84])
 BLUE, ORANGE, RED = (0.18, 0.44, 0.71), (0.86, 0.42, 0.13), (0.80, 0.12, 0.16)
 HUES = ((0.80, 0.12, 0.16), (0.95, 0.80, 0.30), (0.92, 0.92, 0.88), (0.35, 0.62, 0.85), (0.10, 0.20, 0.60))
 """From 0 to 1: red to blue, as in the paper's figure 11."""
-AROUND = 1.75
+AROUND = 1.5
 """A portrait reaches this many times as far from the middle of the face as its landmarks do."""
 
 

@@ -47,8 +47,9 @@ LIDS = tuple(
 def expressions(settings: Settings) -> None:
     """Write the sheets and the table."""
     own = generic_acting(TEMPLATES)
-    rows = [_row("generic", own, settings.tile)]
-    rows += [_row(name, acting(settings.transfer(name), TEMPLATES), settings.tile) for name in settings.faces]
+    rows = [_row("generic", own, own, settings.tile)]
+    for name in settings.faces:
+        rows.append(_row(name, settings.bare(name), acting(settings.transfer(name), TEMPLATES), settings.tile))
     save_png(settings.out / "expressions.png", sheet(rows, "The generic rig's templates, by all landmarks"))
     for name in settings.faces:
         save_png(settings.out / f"expressions-{_slug(name)}.png", _by_landmarks(settings, name))
@@ -83,9 +84,9 @@ def figures_of(title: str, landmarks: str, face: Rig, rig: Rig) -> Row:
     }
 
 
-def _row(title: str, rig: Rig, tile: int, names: tuple[str, ...] = TEMPLATES) -> Pictures:
-    """Picture a face at rest and in some of its shapes."""
-    seen = sitter(rig, size=tile)
+def _row(title: str, framed: Rig, rig: Rig, tile: int, names: tuple[str, ...] = TEMPLATES) -> Pictures:
+    """Picture a face at rest and in some of its shapes, framed by the landmarks of another rig of it."""
+    seen = sitter(rig, size=tile, at=camera(framed))
     cells = [Labelled(seen.picture(), "at rest")]
     for name in names:
         weights = np.zeros(len(rig.blendshapes))
@@ -99,7 +100,7 @@ def _by_landmarks(settings: Settings, name: str) -> Picture:
     for landmarks in SETS:
         transfer = settings.transfer(name, landmarks)
         title = f"{transfer.figures['landmarks']} landmarks"
-        rows.append(_row(title, acting(transfer, FEW), settings.tile, FEW))
+        rows.append(_row(title, settings.bare(name), acting(transfer, FEW), settings.tile, FEW))
     return sheet(rows, f"The {name}, by few and by all landmarks")
 
 

@@ -137,7 +137,7 @@ def frame_all(
     for cloud in clouds:
         points = floats(np.reshape(cloud, (-1, 3)), (None, 3), "points to frame")
         if len(points):
-            kept.append(points[(points @ deciding.T).argmax(axis=0)])
+            kept.append(points[(deciding @ points.T).argmax(axis=1)])
     turned = np.concatenate(kept) @ axes.T
     if not len(turned):
         raise InputError("there are no points to frame.")

@@ -23,6 +23,8 @@ def record(value: Any, arrays: Arrays, path: str = "learnt") -> Any:
     if is_dataclass(value) and not isinstance(value, type):
         parts = {f.name: record(getattr(value, f.name), arrays, f"{path}.{f.name}") for f in fields(value)}
         return {"record": type(value).__name__, "fields": parts}
+    if isinstance(value, Mapping):
+        return {"mapping": {key: record(item, arrays, f"{path}.{key}") for key, item in value.items()}}
     if isinstance(value, tuple | list):
         return [record(item, arrays, f"{path}.{i}") for i, item in enumerate(value)]
     if isinstance(value, np.generic):
@@ -44,6 +46,8 @@ def restored(found: Any, arrays: Mapping[str, NDArray[Any]], classes: Mapping[st
         return tuple(restored(item, arrays, classes) for item in found)
     if not isinstance(found, Mapping):
         return found
+    if "mapping" in found:
+        return {str(key): restored(item, arrays, classes) for key, item in found["mapping"].items()}
     if "number" in found:
         return float(found["number"])
     if "array" in found:

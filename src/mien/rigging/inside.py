@@ -14,34 +14,38 @@ import numpy as np
 from scipy import sparse
 from scipy.spatial import cKDTree
 
-from mien.core import Mesh
-from mien.core.arrays import Floats, Ints
+from mien.core import Mesh, Skin
+from mien.core.arrays import Flags, Floats, Ints
 from mien.geometry.surface import exposed, vertex_normals
 from mien.rigging.dense import DenseFit
 from mien.rigging.parts import Attachment, Box, pieces
 
 HIDDEN = 0.9
 """A part lies inside if at least this share of its vertices cannot be seen from outside."""
-MOSTLY = 0.5
-"""A part follows one part of the source if this share of its vertices lies nearest to it, otherwise whatever is near."""
+THROUGHOUT = 0.8
+"""A part that is this tall for all the parts together, such as gums that are one with the tongue, follows what is near."""
+GAP = 0.1
+"""Parts belong to two jaws if the heights of their middles leave a gap of this share of the height of them all."""
 NEAREST = 4
 """Points that are averaged."""
 
 
-def settled(fit: DenseFit, attached: tuple[Attachment, ...]) -> tuple[Attachment, ...]:
+def settled(fit: DenseFit, skin: Skin | None, attached: tuple[Attachment, ...]) -> tuple[Attachment, ...]:
     """Return the attachments, those of the parts inside the mouth settled among each other."""
     others = pieces(fit.source.triangles, ~fit.source_skin)
     sources = hidden(fit.source, others, fit.warp.centres)
     owners = np.concatenate([np.empty(0, np.int64), *others])
     within = np.isin(owners, np.concatenate([owners[:0], *sources]))
-    found = hidden(fit.target, [part.vertices for part in attached], fit.warp(fit.warp.centres))
-    near = cKDTree(fit.warped[owners]) if len(owners) else None
-    mine = {int(ids[0]) for ids in found if near is not None and within[near.query(fit.target.vertices[ids])[1]].mean() > 0.5}
+    if not within.any():
+        return attached
+    near = cKDTree(fit.warped[owners])
+    unseen = hidden(fit.target, [part.vertices for part in attached], fit.warp(fit.warp.centres))
+    mine = {int(ids[0]) for ids in unseen if within[near.query(fit.target.vertices[ids])[1]].mean() > 0.5}
     inner = [part for part in attached if int(part.vertices[0]) in mine]
     if not inner:
         return attached
-    laid = _Laid.of(fit, sources, inner)
-    return tuple(laid.attachment(part) if int(part.vertices[0]) in mine else part for part in attached)
+    found = {int(part.vertices[0]): part for part in _settle(fit, skin, sources, inner)}
+    return tuple(found.get(int(part.vertices[0]), part) for part in attached)
 
 
 def hidden(mesh: Mesh, parts: list[Ints], landmarks: Floats) -> list[Ints]:
@@ -65,41 +69,81 @@ def hidden(mesh: Mesh, parts: list[Ints], landmarks: Floats) -> list[Ints]:
 
 
 @dataclass(frozen=True, eq=False)
-class _Laid:
-    """The parts inside the source, laid on those inside the target.
+class _Jaw:
+    """What the parts of one jaw of the target lie on.
 
     Attributes:
-        fit: the correspondence.
         vertices: `(S,)` of the source's parts.
         part: `(S,)` which part each is of.
         places: `(S, 3)` where they come to lie.
+        count: how many vertices the source has.
     """
 
-    fit: DenseFit
     vertices: Ints
     part: Ints
     places: Floats
+    count: int
 
     @classmethod
-    def of(cls, fit: DenseFit, sources: list[Ints], targets: list[Attachment]) -> _Laid:
+    def of(cls, fit: DenseFit, sources: list[Ints], targets: list[Attachment]) -> _Jaw:
+        """Lay parts of the source on parts of the target: where the warp takes them, or filling the same box."""
         vertices = np.concatenate(sources)
         part = np.repeat(np.arange(len(sources)), [len(ids) for ids in sources])
         own = fit.target.vertices[np.concatenate([target.vertices for target in targets])]
         warped, there = fit.warped[vertices], Box.of(own)
         here = Box.of(warped)
         filled = (warped - here.low) / (here.high - here.low) * (there.high - there.low) + there.low
-        return cls(fit, vertices, part, min((warped, filled), key=lambda places: _apart(places, own)))
+        places = min((warped, filled), key=lambda laid: _apart(laid, own))
+        return cls(vertices, part, places, len(fit.source.vertices))
 
-    def attachment(self, target: Attachment) -> Attachment:
-        """Return what a part of the target follows."""
-        own = self.fit.target.vertices[target.vertices]
+    def followed(self, target: Attachment, own: Floats, *, whole: bool) -> Attachment:
+        """Let a part of the target, its vertices at `own`, follow the part it lies on as a `whole`, or what is near."""
         votes = np.bincount(self.part[cKDTree(self.places).query(own)[1]])
-        near = np.arange(len(self.part))
-        if votes.max() >= MOSTLY * votes.sum():
-            near = np.flatnonzero(self.part == votes.argmax())
-        followed = self.vertices[np.isin(self.part, np.flatnonzero(votes)) if len(near) == len(self.part) else near]
-        weights = nearest_means(self.places[near], own, self.vertices[near], len(self.fit.source.vertices))
-        return Attachment(target.vertices, weights, True, followed)
+        near = np.flatnonzero(self.part == votes.argmax()) if whole else np.arange(len(self.part))
+        weights = nearest_means(self.places[near], own, self.vertices[near], self.count)
+        return Attachment(target.vertices, weights, True, self.vertices[near])
+
+
+def _settle(fit: DenseFit, skin: Skin | None, sources: list[Ints], inner: list[Attachment]) -> list[Attachment]:
+    """Return what each of the inner parts follows: the upper ones the upper, the lower ones the lower."""
+    own = [fit.target.vertices[part.vertices] for part in inner]
+    tall = np.array([float(np.ptp(points[:, 1])) for points in own])
+    whole = tall < THROUGHOUT * np.ptp(np.concatenate(own)[:, 1]) if len(inner) > 2 else np.ones(len(inner), np.bool_)
+    upper, above = _upper_parts(own, whole), _upper_sources(fit, skin, sources)
+    result = []
+    for row, part in enumerate(inner):
+        same = [k for k in range(len(inner)) if upper[k] == upper[row] and whole[k]]
+        alike = [ids for ids, high in zip(sources, above, strict=True) if high == upper[row]]
+        if not whole[row] or len(set(upper)) < 2 or not alike:
+            same, alike = list(range(len(inner))), sources
+        jaw = _Jaw.of(fit, alike, [inner[k] for k in same])
+        result.append(jaw.followed(part, own[row], whole=bool(whole[row])))
+    return result
+
+
+def _upper_parts(parts: list[Floats], whole: Flags) -> list[bool]:
+    """Tell which parts are above the widest gap between the heights of their middles; all are alike if none is wide."""
+    heights = np.array([points[:, 1].mean() for points in parts])
+    ranked = np.sort(heights[whole])
+    gaps = np.diff(ranked)
+    extent = float(np.ptp(np.concatenate(parts)[:, 1]))
+    if not len(gaps) or gaps.max() < GAP * extent:
+        return [False] * len(parts)
+    return (heights > ranked[gaps.argmax()]).tolist()
+
+
+def _upper_sources(fit: DenseFit, skin: Skin | None, sources: list[Ints]) -> list[bool]:
+    """Tell which parts of the source belong to the upper jaw: the highest, and what the same joint holds."""
+    heights = [float(fit.warped[ids, 1].mean()) for ids in sources]
+    highest = int(np.argmax(heights))
+    if skin is None:
+        return [row == highest for row in range(len(sources))]
+    held = [_strongest(skin, ids) for ids in sources]
+    return [joint == held[highest] for joint in held]
+
+
+def _strongest(skin: Skin, vertices: Ints) -> int:
+    return int(np.bincount(skin.joints[vertices].ravel(), skin.weights[vertices].ravel()).argmax())
 
 
 def _apart(some: Floats, others: Floats) -> float:

@@ -81,7 +81,7 @@ def transfer_rig(
     fit = lay(generic.neutral, pairs.source, face.neutral, pairs.target)
     check_is_face(fit, face.name)
     structure = Structure.of(fit)
-    attached = settled(fit, attachments(fit))
+    attached = settled(fit, generic.skin, attachments(fit))
     brought = bring(generic, fit, structure, attached) if parts == "auto" else Brought.nothing()
     means = brought.means(fit, attached)
     skeleton, skin = None, None

@@ -10,7 +10,7 @@ farther apart the centres of the lips are than in the extreme with closed lips (
 skin around the mouth never touch).  As published `closure` is 1, and a face with closed lips is
 not fitted at all; σ = 0.02 is as published.  The published λ = 0.2 is for a sum over 323 points in
 an unknown unit; here it is 0.0001 per mean squared centimetre at 30 frames a second, and
-`(fps / 30)²` times that at other rates: on real takes it costs 2–3 % of the reconstruction and
+`(fps / 30)²` times that at other rates: on real takes it costs 1–3 % of the reconstruction and
 takes a fifth of the jitter.
 """
 
