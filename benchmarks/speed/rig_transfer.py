@@ -26,7 +26,7 @@ import numpy as np
 from scipy.interpolate import RBFInterpolator
 from threadpoolctl import threadpool_limits
 
-from benchmarks.paper_figures.rig_transfer.decimated import fewer
+from benchmarks.paper_figures.rig_transfer.decimated import fewer, skin_mesh
 from benchmarks.report import ROOT, Row, publish
 from mien.core import Mesh, Rig
 from mien.core.rig import no_blendshapes
@@ -60,8 +60,7 @@ def head(vertices: int) -> Rig:
     halvings, wanted = 0, float(vertices)
     while wanted > 3_500:
         wanted, halvings = wanted / 4, halvings + 1
-    whole = fewer(rig, 1.0)
-    coarse = fewer(rig, min(1.0, wanted / len(whole.neutral.vertices)))
+    coarse = fewer(rig, min(1.0, wanted / len(skin_mesh(rig).vertices)))
     points, triangles = igl.upsample(coarse.neutral.vertices, coarse.neutral.triangles, halvings)
     mesh = Mesh(np.asarray(points), np.asarray(triangles))
     marks = {

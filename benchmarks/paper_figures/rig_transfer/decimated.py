@@ -42,8 +42,8 @@ def decimated(settings: Settings) -> None:
 
 def fewer(rig: Rig, share: float) -> Rig:
     """Return the skin of a head with a share of its triangles, and its landmarks on them."""
-    skin = _skin(rig)
-    _, vertices, triangles, *_ = igl.decimate(skin.vertices, skin.triangles, int(share * len(skin.triangles)))
+    skin = skin_mesh(rig)
+    vertices, triangles, *_ = igl.decimate(skin.vertices, skin.triangles, int(share * len(skin.triangles)))
     mesh = Mesh(np.asarray(vertices), np.asarray(triangles))
     marks = {
         name: closest_points(mesh.vertices, mesh.triangles, point.of(rig.neutral.vertices))[0]
@@ -52,7 +52,7 @@ def fewer(rig: Rig, share: float) -> Rig:
     return Rig(mesh, no_blendshapes(len(mesh.vertices)), landmarks=marks, name=f"{rig.name}, {share:.0%}")
 
 
-def _skin(rig: Rig) -> Mesh:
+def skin_mesh(rig: Rig) -> Mesh:
     """Return what hangs together with the landmarks, seams sewn, without unused vertices."""
     mesh = rig.neutral
     twins = twins_of(mesh.vertices, mesh.triangles)

@@ -8,8 +8,6 @@ never torn between the jaws.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy import sparse
 from scipy.spatial import cKDTree
@@ -68,57 +66,60 @@ def hidden(mesh: Mesh, parts: list[Ints], landmarks: Floats) -> list[Ints]:
     return [ids for ids in parts if (~seen[ids]).mean() >= HIDDEN]
 
 
-@dataclass(frozen=True, eq=False)
-class _Jaw:
-    """What the parts of one jaw of the target lie on.
-
-    Attributes:
-        vertices: `(S,)` of the source's parts.
-        part: `(S,)` which part each is of.
-        places: `(S, 3)` where they come to lie.
-        count: how many vertices the source has.
-    """
-
-    vertices: Ints
-    part: Ints
-    places: Floats
-    count: int
-
-    @classmethod
-    def of(cls, fit: DenseFit, sources: list[Ints], targets: list[Attachment]) -> _Jaw:
-        """Lay parts of the source on parts of the target: where the warp takes them, or filling the same box."""
-        vertices = np.concatenate(sources)
-        part = np.repeat(np.arange(len(sources)), [len(ids) for ids in sources])
-        own = fit.target.vertices[np.concatenate([target.vertices for target in targets])]
-        warped, there = fit.warped[vertices], Box.of(own)
-        here = Box.of(warped)
-        filled = (warped - here.low) / (here.high - here.low) * (there.high - there.low) + there.low
-        places = min((warped, filled), key=lambda laid: _apart(laid, own))
-        return cls(vertices, part, places, len(fit.source.vertices))
-
-    def followed(self, target: Attachment, own: Floats, *, whole: bool) -> Attachment:
-        """Let a part of the target, its vertices at `own`, follow the part it lies on as a `whole`, or what is near."""
-        votes = np.bincount(self.part[cKDTree(self.places).query(own)[1]])
-        near = np.flatnonzero(self.part == votes.argmax()) if whole else np.arange(len(self.part))
-        weights = nearest_means(self.places[near], own, self.vertices[near], self.count)
-        return Attachment(target.vertices, weights, True, self.vertices[near])
-
-
 def _settle(fit: DenseFit, skin: Skin | None, sources: list[Ints], inner: list[Attachment]) -> list[Attachment]:
     """Return what each of the inner parts follows: the upper ones the upper, the lower ones the lower."""
     own = [fit.target.vertices[part.vertices] for part in inner]
     tall = np.array([float(np.ptp(points[:, 1])) for points in own])
     whole = tall < THROUGHOUT * np.ptp(np.concatenate(own)[:, 1]) if len(inner) > 2 else np.ones(len(inner), np.bool_)
     upper, above = _upper_parts(own, whole), _upper_sources(fit, skin, sources)
-    result = []
-    for row, part in enumerate(inner):
-        same = [k for k in range(len(inner)) if upper[k] == upper[row] and whole[k]]
-        alike = [ids for ids, high in zip(sources, above, strict=True) if high == upper[row]]
-        if not whole[row] or len(set(upper)) < 2 or not alike:
-            same, alike = list(range(len(inner))), sources
-        jaw = _Jaw.of(fit, alike, [inner[k] for k in same])
-        result.append(jaw.followed(part, own[row], whole=bool(whole[row])))
-    return result
+    result = {row: _following(fit, inner[row], sources, own) for row in np.flatnonzero(~whole)}
+    for high in (True, False):
+        rows = [row for row in np.flatnonzero(whole) if upper[row] == high]
+        alike = [ids for ids, up in zip(sources, above, strict=True) if up == high or not any(upper)]
+        places = [own[row] for row in rows]
+        for row, chosen in zip(rows, _chosen(fit, [inner[row] for row in rows], alike or sources, places), strict=True):
+            result[row] = _following(fit, inner[row], [chosen], places)
+    return [result[row] for row in range(len(inner))]
+
+
+def _chosen(fit: DenseFit, parts: list[Attachment], sources: list[Ints], own: list[Floats]) -> list[Ints]:
+    """Return which part of one jaw of the source each part of the same jaw of the target follows.
+
+    As many parts as the source has are paired from front to back: teeth are before the
+    tongue.  Others follow their only counterpart, or, as a row of single teeth does,
+    all what most of them lie on.
+    """
+    if len(parts) == len(sources):
+        depth = np.argsort(np.argsort([points[:, 2].mean() for points in own]))
+        behind = np.argsort([fit.warped[ids, 2].mean() for ids in sources])
+        return [sources[behind[rank]] for rank in depth]
+    if not parts:
+        return []
+    part = np.repeat(np.arange(len(sources)), [len(ids) for ids in sources])
+    tree = cKDTree(_laid(fit, np.concatenate(sources), np.concatenate(own)))
+    favourite = int(np.bincount(part[tree.query(np.concatenate(own))[1]]).argmax())
+    found = []
+    for one in parts:
+        only = [ids for ids in sources if one.counterpart and np.isin(one.followed, ids).all()]
+        found.append(only[0] if only else sources[favourite])
+    return found
+
+
+def _following(fit: DenseFit, part: Attachment, sources: list[Ints], beside: list[Floats]) -> Attachment:
+    """Let a part of the target follow parts of the source, laid on it and what is `beside` it."""
+    vertices = np.concatenate(sources)
+    places = _laid(fit, vertices, np.concatenate(beside))
+    weights = _means(places, fit.target.vertices[part.vertices], vertices, len(fit.source.vertices))
+    return Attachment(part.vertices, weights, True, vertices)
+
+
+def _laid(fit: DenseFit, vertices: Ints, own: Floats) -> Floats:
+    """Return where vertices of the source come to lie on points of the target: where the warp takes them, or so that
+    they fill the same box, whichever is closer.
+    """
+    warped, here, there = fit.warped[vertices], Box.of(fit.warped[vertices]), Box.of(own)
+    filled = (warped - here.low) / (here.high - here.low) * (there.high - there.low) + there.low
+    return min((warped, filled), key=lambda places: _apart(places, own))
 
 
 def _upper_parts(parts: list[Floats], whole: Flags) -> list[bool]:
@@ -129,7 +130,7 @@ def _upper_parts(parts: list[Floats], whole: Flags) -> list[bool]:
     extent = float(np.ptp(np.concatenate(parts)[:, 1]))
     if not len(gaps) or gaps.max() < GAP * extent:
         return [False] * len(parts)
-    return (heights > ranked[gaps.argmax()]).tolist()
+    return [bool(height > ranked[gaps.argmax()]) for height in heights]
 
 
 def _upper_sources(fit: DenseFit, skin: Skin | None, sources: list[Ints]) -> list[bool]:
@@ -152,7 +153,7 @@ def _apart(some: Floats, others: Floats) -> float:
     return float(there.mean() + back.mean())
 
 
-def nearest_means(points: Floats, queries: Floats, numbers: Ints, count: int) -> sparse.csr_matrix:
+def _means(points: Floats, queries: Floats, numbers: Ints, count: int) -> sparse.csr_matrix:
     """Return `(Q, count)` means over the nearest of some numbered points, by inverse squared distance."""
     k = min(NEAREST, len(points))
     apart, which = (np.reshape(found, (len(queries), k)) for found in cKDTree(points).query(queries, k))
