@@ -28,9 +28,8 @@ from threadpoolctl import threadpool_limits
 
 from benchmarks.paper_figures.rig_transfer.decimated import fewer, skin_mesh
 from benchmarks.report import ROOT, Row, publish
-from mien.core import Mesh, Rig
+from mien.core import Mesh, Rig, SurfacePoints
 from mien.core.rig import no_blendshapes
-from mien.geometry.surface import closest_points
 from mien.geometry.tps import fit_thin_plate
 from mien.library.generic import generic_rig
 from mien.library.heads import HEADS
@@ -60,11 +59,11 @@ def head(vertices: int) -> Rig:
     halvings, wanted = 0, float(vertices)
     while wanted > 3_500:
         wanted, halvings = wanted / 4, halvings + 1
-    coarse = fewer(rig, min(1.0, wanted / len(skin_mesh(rig).vertices)))
+    coarse = fewer(rig, min(1.0, wanted / len(skin_mesh(rig)[0].vertices)))
     points, triangles = igl.upsample(coarse.neutral.vertices, coarse.neutral.triangles, halvings)
     mesh = Mesh(np.asarray(points), np.asarray(triangles))
-    marks = {
-        name: closest_points(mesh.vertices, mesh.triangles, point.of(coarse.neutral.vertices))[0]
+    marks = {  # the vertices of the coarse mesh come first
+        name: SurfacePoints.at_vertices(point.corners[0, [point.weights[0].argmax()]])
         for name, point in coarse.landmarks.items()
     }
     return Rig(mesh, no_blendshapes(len(points)), landmarks=marks, name=f"actor of {len(points)}")

@@ -19,8 +19,9 @@ from benchmarks.paper_figures.rig_transfer.command import run
 from benchmarks.paper_figures.rig_transfer.faces import SETS, Settings, with_landmarks
 from benchmarks.report import Row, publish
 from mien.core import Mesh, Rig
+from mien.core.arrays import Ints
 from mien.core.rig import no_blendshapes
-from mien.geometry.surface import closest_points
+from mien.geometry.surface import closest_points, distances_along
 from mien.library.generic import generic_rig
 from mien.rigging.dense import lay
 from mien.rigging.landmarks import paired_landmarks
@@ -41,19 +42,25 @@ def decimated(settings: Settings) -> None:
 
 
 def fewer(rig: Rig, share: float) -> Rig:
-    """Return the skin of a head with a share of its triangles, and its landmarks on them."""
-    skin = skin_mesh(rig)
-    vertices, triangles, *_ = igl.decimate(skin.vertices, skin.triangles, int(share * len(skin.triangles)))
+    """Return the skin of a head with a share of its triangles, and its landmarks on them.
+
+    Lips touch, so a landmark goes to the closest point around the vertex nearest to it along the skin.
+    """
+    skin, number = skin_mesh(rig)
+    vertices, triangles, _, kept = igl.decimate(skin.vertices, skin.triangles, int(share * len(skin.triangles)))
     mesh = Mesh(np.asarray(vertices), np.asarray(triangles))
-    marks = {
-        name: closest_points(mesh.vertices, mesh.triangles, point.of(rig.neutral.vertices))[0]
-        for name, point in rig.landmarks.items()
-    }
+    places = np.concatenate([point.of(rig.neutral.vertices) for point in rig.landmarks.values()])
+    corners = np.array([point.corners[0, point.weights[0].argmax()] for point in rig.landmarks.values()])
+    near = np.argmin(distances_along(skin, number[corners])[:, kept], axis=1)
+    marks = {}
+    for name, place, vertex in zip(rig.landmarks, places, near, strict=True):
+        around = mesh.triangles[(mesh.triangles == vertex).any(axis=1)]
+        marks[name] = closest_points(mesh.vertices, around, place[None])[0]
     return Rig(mesh, no_blendshapes(len(mesh.vertices)), landmarks=marks, name=f"{rig.name}, {share:.0%}")
 
 
-def skin_mesh(rig: Rig) -> Mesh:
-    """Return what hangs together with the landmarks, seams sewn, without unused vertices."""
+def skin_mesh(rig: Rig) -> tuple[Mesh, Ints]:
+    """Return what hangs together with the landmarks, seams sewn, and the number there of each vertex `(N,)`, or -1."""
     mesh = rig.neutral
     twins = twins_of(mesh.vertices, mesh.triangles)
     carrying = np.concatenate([point.corners.ravel() for point in rig.landmarks.values()])
@@ -61,7 +68,9 @@ def skin_mesh(rig: Rig) -> Mesh:
     first = np.arange(len(mesh.vertices))
     np.minimum.at(first, twins[:, 1], twins[:, 0])
     used, triangles = np.unique(first[mesh.triangles[chosen]], return_inverse=True)
-    return Mesh(mesh.vertices[used], triangles.reshape(-1, 3))
+    number = np.full(len(first), -1)
+    number[used] = np.arange(len(used))
+    return Mesh(mesh.vertices[used], triangles.reshape(-1, 3)), number[first]
 
 
 def _row(name: str, rig: Rig, share: float, marks: str) -> Row:

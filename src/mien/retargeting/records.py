@@ -52,7 +52,7 @@ def restored(found: Any, arrays: Mapping[str, NDArray[Any]], classes: Mapping[st
         return float(found["number"])
     if "array" in found:
         array = arrays[found["array"]]
-        if array.dtype not in (np.float64, np.int64):
+        if array.dtype not in (np.float64, np.int64, np.bool_):
             raise ValueError(f"{found['array']} holds {array.dtype}, not numbers")
         return array
     made = classes[found["record"]]

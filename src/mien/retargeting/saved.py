@@ -14,7 +14,9 @@ from mien.geometry.align import Similarity
 from mien.retargeting.by_example import ExampleRetargeter
 from mien.retargeting.copying import Copier
 from mien.retargeting.energy import FrameSolver
+from mien.retargeting.layers import LayeredRetargeter
 from mien.retargeting.saved_examples import packed_examples, unpacked_examples
+from mien.retargeting.saved_layers import packed_layers, unpacked_layers
 from mien.retargeting.settings import SolveSettings
 from mien.retargeting.shape_retargeter import ShapeRetargeter
 
@@ -34,6 +36,8 @@ def packed(retargeter: Any) -> Packed:
         return _packed_shapes(retargeter)
     if isinstance(retargeter, ExampleRetargeter):
         return packed_examples(retargeter)
+    if isinstance(retargeter, LayeredRetargeter):
+        return packed_layers(retargeter)
     raise InputError(f"a fitted {type(retargeter).__name__} cannot be saved.")
 
 
@@ -50,6 +54,8 @@ def unpacked(header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> A
             return _unpacked_shapes(header, arrays)
         if header["kind"] == "examples":
             return unpacked_examples(header, arrays)
+        if header["kind"] == "layers":
+            return unpacked_layers(header, arrays)
     except (KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
         raise InputError(f"the model lacks or garbles something ({error}); fit it again.") from None
     raise InputError(f"the model is of the unknown kind {header['kind']!r}; a newer mien may have written it.")

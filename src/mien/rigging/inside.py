@@ -72,9 +72,9 @@ def _settle(fit: DenseFit, skin: Skin | None, sources: list[Ints], inner: list[A
     tall = np.array([float(np.ptp(points[:, 1])) for points in own])
     whole = tall < THROUGHOUT * np.ptp(np.concatenate(own)[:, 1]) if len(inner) > 2 else np.ones(len(inner), np.bool_)
     upper, above = _upper_parts(own, whole), _upper_sources(fit, skin, sources)
-    result = {row: _following(fit, inner[row], sources, own) for row in np.flatnonzero(~whole)}
+    result = {int(row): _following(fit, inner[row], sources, own) for row in np.flatnonzero(~whole)}
     for high in (True, False):
-        rows = [row for row in np.flatnonzero(whole) if upper[row] == high]
+        rows = [int(row) for row in np.flatnonzero(whole) if upper[row] == high]
         alike = [ids for ids, up in zip(sources, above, strict=True) if up == high or not any(upper)]
         places = [own[row] for row in rows]
         for row, chosen in zip(rows, _chosen(fit, [inner[row] for row in rows], alike or sources, places), strict=True):
@@ -86,22 +86,17 @@ def _chosen(fit: DenseFit, parts: list[Attachment], sources: list[Ints], own: li
     """Return which part of one jaw of the source each part of the same jaw of the target follows.
 
     As many parts as the source has are paired from front to back: teeth are before the
-    tongue.  Others follow their only counterpart, or, as a row of single teeth does,
-    all what most of them lie on.
+    tongue.  Others follow their only counterpart, or, as a row of single teeth does, the foremost.
     """
     if len(parts) == len(sources):
         depth = np.argsort(np.argsort([points[:, 2].mean() for points in own]))
         behind = np.argsort([fit.warped[ids, 2].mean() for ids in sources])
         return [sources[behind[rank]] for rank in depth]
-    if not parts:
-        return []
-    part = np.repeat(np.arange(len(sources)), [len(ids) for ids in sources])
-    tree = cKDTree(_laid(fit, np.concatenate(sources), np.concatenate(own)))
-    favourite = int(np.bincount(part[tree.query(np.concatenate(own))[1]]).argmax())
+    foremost = int(np.argmax([fit.warped[ids, 2].mean() for ids in sources]))
     found = []
     for one in parts:
         only = [ids for ids in sources if one.counterpart and np.isin(one.followed, ids).all()]
-        found.append(only[0] if only else sources[favourite])
+        found.append(only[0] if only else sources[foremost])
     return found
 
 
