@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import time
 from functools import cache
 
 import numpy as np
 import pytest
-from scipy.spatial import cKDTree
 
 from mien.core import Rig
 from mien.library import actor, character, performance
+from mien.library.cast import cast_member, rigged
 
 CAST = {"actor": actor, "character": character}
 
@@ -36,105 +35,14 @@ def posed(rig: Rig, **weights: float) -> np.ndarray:
     return rig.pose(values)
 
 
-def normals(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    a, b, c = (vertices[triangles[:, i]] for i in range(3))
-    return np.cross(b - a, c - a) / 2
-
-
-def mirror(rig: Rig) -> np.ndarray:
-    where = {tuple(p): i for i, p in enumerate(rig.neutral.vertices + 0.0)}
-    return np.array([where[tuple(p)] for p in rig.neutral.vertices * [-1, 1, 1] + 0.0])
-
-
-def test_no_triangle_is_degenerate(rig: Rig) -> None:
-    v, t = rig.neutral.vertices, rig.neutral.triangles
-    edges = np.linalg.norm(v[t] - v[np.roll(t, 1, axis=1)], axis=2).max(axis=1)
-    height = 2 * np.linalg.norm(normals(v, t), axis=1) / edges
-    assert height.min() > 1e-5
-
-
-def test_every_edge_has_two_sides_except_at_the_lids_and_the_neck(rig: Rig) -> None:
-    t = rig.neutral.triangles
-    directed = np.concatenate([t[:, [0, 1]], t[:, [1, 2]], t[:, [2, 0]]])
-    assert len(np.unique(directed, axis=0)) == len(directed), "an edge is used twice in one direction"
-    _, number, count = np.unique(np.sort(directed, axis=1), axis=0, return_index=True, return_counts=True)
-    assert count.max() == 2
-    rim = set(directed[number[count == 1]].ravel())
-    groups = rig.neutral.groups
-    lids = [i for name, ids in groups.items() if "lid" in name for i in ids]
-    corners = 2 * 2
-    assert set(groups["neck"]) <= rim
-    assert set(lids) <= rim
-    assert len(rim) == len(groups["neck"]) + len(lids) + corners
-
-
-def test_every_vertex_is_used(rig: Rig) -> None:
-    assert np.array_equal(np.unique(rig.neutral.triangles), np.arange(len(rig.neutral.vertices)))
-
-
-def test_closed_parts_face_outwards(rig: Rig) -> None:
-    v, t = rig.neutral.vertices, rig.neutral.triangles
-    for name in ("eye_left", "eye_right", "brow_left", "teeth_upper", "teeth_lower"):
-        part = t[np.isin(t, rig.neutral.groups[name]).all(axis=1)]
-        corners = v[part] - v[rig.neutral.groups[name]].mean(axis=0)
-        volume = np.linalg.det(corners).sum() / 6
-        assert volume > 0, name
-
-
-def test_the_skin_faces_outwards(rig: Rig) -> None:
-    v, t = rig.neutral.vertices, rig.neutral.triangles
-    skin = np.setdiff1d(rig.neutral.groups["face"], rig.neutral.groups["mouth"])
-    t = t[np.isin(t, skin).all(axis=1)]
-    normal, centre = normals(v, t), v[t].mean(axis=1)
-    outward = (normal * (centre - [0, -0.01, -0.01])).sum(axis=1) > 0
-    assert np.linalg.norm(normal[outward], axis=1).sum() > 0.99 * np.linalg.norm(normal, axis=1).sum()
-
-
-def test_nothing_cuts_through_anything_at_rest_but_the_brows_that_grow_from_the_skin(rig: Rig) -> None:
-    v, t = rig.neutral.vertices * 100, rig.neutral.triangles
-    t = t[~np.isin(t, np.concatenate([rig.neutral.groups["brow_left"], rig.neutral.groups["brow_right"]])).any(axis=1)]
-    t = t[(v[t][..., 0] > -1).all(axis=1)]
-    edges = np.unique(np.sort(np.concatenate([t[:, [0, 1]], t[:, [1, 2]], t[:, [2, 0]]]), axis=1), axis=0)
-    middle, centre = v[edges].mean(axis=1), v[t].mean(axis=1)
-    reach = np.linalg.norm(v[edges[:, 0]] - middle, axis=1)
-    width = np.linalg.norm(v[t] - centre[:, None], axis=2).max(axis=1)
-    near = cKDTree(middle).sparse_distance_matrix(cKDTree(centre), reach.max() + width.max(), output_type="ndarray")
-    near = near[near["v"] < reach[near["i"]] + width[near["j"]]]
-    e, f = edges[near["i"]], t[near["j"]]
-    apart = ~(e[:, :, None] == f[:, None, :]).any(axis=(1, 2))
-    e, f = e[apart], f[apart]
-    origin, along = v[e[:, 0]], v[e[:, 1]] - v[e[:, 0]]
-    system = np.stack([-along, v[f[:, 1]] - v[f[:, 0]], v[f[:, 2]] - v[f[:, 0]]], axis=2)
-    solvable = np.abs(np.linalg.det(system)) > 1e-12
-    where = np.linalg.solve(system[solvable], (origin - v[f[:, 0]])[solvable][..., None])[..., 0]
-    inside = (where >= 0).all(axis=1) & (where[:, 0] <= 1) & (where[:, 1:].sum(axis=1) <= 1)
-    assert not inside.any(), f[solvable][inside][:3]
-
-
-def test_the_neutral_is_its_own_mirror_image(rig: Rig) -> None:
-    image = mirror(rig)
-    assert np.array_equal(np.sort(image), np.arange(len(image)))
-    flipped = {tuple(np.roll(t, -int(np.argmin(t)))) for t in image[rig.neutral.triangles][:, ::-1]}
-    assert flipped == {tuple(np.roll(t, -int(np.argmin(t)))) for t in rig.neutral.triangles}
-
-
-def test_left_and_right_shapes_mirror_each_other_exactly(rig: Rig) -> None:
-    image, shapes, pairs = mirror(rig), rig.blendshapes, 0
-    for name in shapes.names:
-        for left, right in (("Left", "Right"), ("_L", "_R")):
-            other = name[: -len(left)] + right
-            if name.endswith(left) and other in shapes.names:
-                d = shapes.deltas[shapes.index(name)]
-                assert np.array_equal(d[image] * [-1, 1, 1], shapes.deltas[shapes.index(other)]), name
-                pairs += 1
-    assert pairs >= 8
-
-
-def test_every_shape_moves_something_and_leaves_the_neck(rig: Rig) -> None:
+def test_every_shape_moves_something_and_a_left_one_moves_the_left(rig: Rig) -> None:
     assert rig.blendshapes.empty == ()
     reach = np.linalg.norm(rig.blendshapes.deltas, axis=2)
     assert (reach.max(axis=1) > 0.001).all()
-    assert reach[:, rig.neutral.groups["neck"]].max() < 1e-4
+    x = rig.neutral.vertices[:, 0]
+    for name, moved in zip(rig.blendshapes.names, reach, strict=True):
+        if name.endswith(("Left", "_L")) and not name.lower().startswith(("jaw", "mouthleft", "mouth_shift", "look")):
+            assert moved[x < -0.02].max() < 0.25 * moved[x > 0].max(), name
 
 
 @pytest.mark.parametrize(("name", "blink"), [("actor", "eyeBlink{}"), ("character", "Blink_{}")])
@@ -176,24 +84,6 @@ def test_the_jaw_opens_the_lips_and_takes_the_lower_teeth_along(name: str, opene
     assert abs(drop[rig.landmarks["ibug_33"].corners[0, 0]]).max() < 0.001
 
 
-def test_left_is_the_subjects_left_and_the_landmarks_lie_as_ibug_numbers_them(rig: Rig) -> None:
-    at = {name: point(rig, name) for name in rig.landmarks}
-    assert len(at) == 60
-    assert len({int(p.corners[0, 0]) for p in rig.landmarks.values()}) == 60
-    for n, m in ((17, 26), (21, 22), (31, 35), (36, 45), (37, 44), (41, 46), (48, 54), (49, 53), (59, 55), (60, 64)):
-        assert np.array_equal(at[f"ibug_{n}"] * [-1, 1, 1], at[f"ibug_{m}"])
-        assert at[f"ibug_{m}"][0] > 0
-    x = [at[f"ibug_{n}"][0] for n in (48, 49, 50, 51, 52, 53, 54)]
-    assert (np.diff(x) > 0).all()
-    y = [at[n][1] for n in ("forehead_centre", "glabella", "ibug_27", "ibug_28", "ibug_29", "ibug_30", "ibug_33")]
-    y += [at[n][1] for n in ("ibug_51", "ibug_62", "ibug_66", "ibug_57", "chin_tip")]
-    assert (np.diff(y) < 0).all()
-    assert at["ibug_30"][2] == max(p[2] for p in at.values())
-    assert at["ibug_43"][1] > at["ibug_42"][1] > at["ibug_47"][1]
-    assert at["ibug_42"][0] < at["ibug_43"][0] < at["ibug_44"][0] < at["ibug_45"][0]
-    assert at["gonion_left"][0] > 0.04
-
-
 def test_the_actor_is_human_sized_and_the_character_is_not_like_them() -> None:
     a, c = played("actor"), played("character")
     height = a.neutral.vertices[:, 1].max() - point(a, "chin_tip")[1]
@@ -208,13 +98,10 @@ def test_the_actor_is_human_sized_and_the_character_is_not_like_them() -> None:
     assert eye(c) > 1.4 * eye(a)
 
 
-def test_building_takes_less_than_half_a_second_and_repeats_itself(rig: Rig) -> None:
-    elapsed = []
-    for _ in range(3):
-        start = time.process_time()
-        again = CAST[rig.name]()
-        elapsed.append(time.process_time() - start)
-    assert min(elapsed) < 0.5
+def test_the_cast_repeats_itself(rig: Rig) -> None:
+    rigged.cache_clear()
+    cast_member.cache_clear()
+    again = CAST[rig.name]()
     assert np.array_equal(again.neutral.vertices, rig.neutral.vertices)
     assert np.array_equal(again.neutral.triangles, rig.neutral.triangles)
     assert np.array_equal(again.blendshapes.deltas, rig.blendshapes.deltas)

@@ -162,7 +162,7 @@ def _along(mesh: Mesh, rig: Rig, numbers: list[int]) -> Floats:
     return np.asarray(distances_along(mesh, marks).min(axis=0))
 
 
-def measure(source: Rig, target: Rig, fit: DenseFit, method: str, contact: bool, label: str) -> Row:
+def measure(source: Rig, target: Rig, fit: DenseFit, method: str, contact: bool, label: str, sides: str) -> Row:
     """Return a row of figures, with the figures of each shape under `per_shape`."""
     start, busy = time.perf_counter(), time.process_time()
     shapes, _ = carried(source, fit, method, contact=contact)
@@ -174,13 +174,12 @@ def measure(source: Rig, target: Rig, fit: DenseFit, method: str, contact: bool,
     before, after, goal = (
         closed_gaps(rig) for rig in (source, replace(target, blendshapes=shapes, skeleton=None, skin=None), target)
     )
-    wrong, near = other_side(source, target, fit)
     row: Row = {"pair": f"{source.name}>{label}", "method": method, "shapes": len(each)}
     row |= {"cos": float(np.median(cosines)), "cos min": float(cosines.min()), "cos max": float(cosines.max())}
     row |= {"gain": float(np.median(gains)), "gain min": float(gains.min()), "gain max": float(gains.max())}
     for part in ("lids", "lips"):
         row[f"{part} mm"] = " / ".join(f"{value[part]:.2f}" for value in (before, after, goal))
-    row |= {"other side": f"{wrong} of {near}", "s": seconds, "cpu s": busy}
+    row |= {"other side": sides, "s": seconds, "cpu s": busy}
     row["peak MB"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     row["per_shape"] = {
         name: agree._asdict() for name, agree in zip([shapes.names[i] for i in seen], each, strict=True)
@@ -195,7 +194,8 @@ def run(folder: Path, pair: tuple[str, str], contact: bool) -> list[Row]:
     target = identity(folder, source) if same else load(folder, pair[1])
     rig = own_shapes(source, target)
     fit = exact(source, target) if pair[1].endswith("exact") else laid(source, target)
-    return [measure(rig, target, fit, method, contact, pair[1]) for method in METHODS]
+    wrong, near = other_side(source, target, fit)
+    return [measure(rig, target, fit, method, contact, pair[1], f"{wrong} of {near}") for method in METHODS]
 
 
 def main() -> None:

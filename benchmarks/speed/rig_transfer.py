@@ -62,10 +62,9 @@ def head(vertices: int) -> Rig:
     coarse = fewer(rig, min(1.0, wanted / len(skin_mesh(rig)[0].vertices)))
     points, triangles = igl.upsample(coarse.neutral.vertices, coarse.neutral.triangles, halvings)
     mesh = Mesh(np.asarray(points), np.asarray(triangles))
-    marks = {  # the vertices of the coarse mesh come first
-        name: SurfacePoints.at_vertices(point.corners[0, [point.weights[0].argmax()]])
-        for name, point in coarse.landmarks.items()
-    }
+    # the vertices of the coarse mesh come first; two landmarks on one vertex would be one too many
+    vertex = {int(point.corners[0, point.weights[0].argmax()]): name for name, point in coarse.landmarks.items()}
+    marks = {name: SurfacePoints.at_vertices(np.array([number])) for number, name in vertex.items()}
     return Rig(mesh, no_blendshapes(len(points)), landmarks=marks, name=f"actor of {len(points)}")
 
 

@@ -1,7 +1,7 @@
 """All figures of the rig-transfer paper.
 
-    python -m benchmarks.paper_figures.rig_transfer --quick
-    python -m benchmarks.paper_figures.rig_transfer --out figures --data /path/to/data
+python -m benchmarks.paper_figures.rig_transfer --quick
+python -m benchmarks.paper_figures.rig_transfer --out figures --data /path/to/data
 """
 
 from __future__ import annotations

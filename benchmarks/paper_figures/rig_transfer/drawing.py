@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-
 import numpy as np
 
 from mien.core import Rig
@@ -69,5 +68,3 @@ def distinct(count: int) -> Floats:
     phase = 2 * np.pi * (turn[:, None] - np.array([0, 1 / 3, 2 / 3]))
     shade = np.where(np.arange(count) % 2, 0.62, 0.85)[:, None]
     return np.clip(shade * (0.68 + 0.42 * np.cos(phase)), 0, 1)
-
-

@@ -27,7 +27,14 @@ from mien.look.sheet import Labelled, save_png, sheet
 from mien.look.sheet import Row as Pictures
 from mien.rigging.transfer import transfer_rig
 
-POSES = ("JawDrop", "LeftUpperLidClosed", "RightUpperLidClosed", "MouthLeftPullUp", "MouthRightPullSide", "lowerLipDown")
+POSES = (
+    "JawDrop",
+    "LeftUpperLidClosed",
+    "RightUpperLidClosed",
+    "MouthLeftPullUp",
+    "MouthRightPullSide",
+    "lowerLipDown",
+)
 FACES = ("MakeHuman child", "ICT", "actor", "cartoon")
 
 

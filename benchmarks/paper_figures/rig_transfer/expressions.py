@@ -107,7 +107,10 @@ def _by_landmarks(settings: Settings, name: str) -> Picture:
 def _close_ups(settings: Settings) -> Picture:
     """Picture one expression as a whole, its mouth and its eyes, on the generic rig and on the cartoon."""
     rows = []
-    for title, rig in (("generic", generic_acting(("joy",))), ("cartoon", acting(settings.transfer("cartoon"), ("joy",)))):
+    for title, rig in (
+        ("generic", generic_acting(("joy",))),
+        ("cartoon", acting(settings.transfer("cartoon"), ("joy",))),
+    ):
         names = dict(same_landmarks(generic_rig().landmarks, rig.landmarks))
         cells = [Labelled(sitter(rig, size=2 * settings.tile).picture(np.ones(1)), "joy")]
         for label, corners in (("mouth", MOUTH_CORNERS), ("eyes", EYE_CORNERS)):

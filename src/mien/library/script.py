@@ -42,6 +42,8 @@ RANGE_OF_MOTION = (
     "mouthDimple*",
     "mouthRollUpper mouthRollLower",
     "mouthShrugLower",
+    "mouthShrugUpper",
+    "jawOpen tongueOut",
     "jawOpen mouthClose",
     "eyeBlinkLeft mouthSmileLeft",
     "eyeBlinkRight browDownRight",

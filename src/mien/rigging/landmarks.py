@@ -6,12 +6,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 
 from mien.core import InputError, Note, Rig, SurfacePoints
 from mien.core.arrays import Floats
 from mien.core.units import face_radius
 from mien.geometry.align import similarity
+from mien.geometry.surface import closest_points
 from mien.rigging.dense import DenseFit
 from mien.vocabularies.anthropometry import PAIRED, same_landmarks
 
@@ -20,10 +22,15 @@ FLAT = 0.02
 """Landmarks whose extent in the third direction is below this share of the first's lie in one plane."""
 MIRRORED = 0.6
 """Landmarks are taken for mirrored if a mirror image fits them this much better."""
+OFF_SURFACE = 0.02
+"""A landmark this share of the face's radius from the surface is not on it."""
+AROUND = 0.5
+"""Whether a mesh is a face is judged from the skin within this share of the radius from a landmark."""
 NOT_A_FACE = 0.3
 """A mesh on which the warped face must move this share of its radius to touch the surface is no face …"""
-UNCOVERED = 0.3
-"""… nor is one on which this share of the face finds nothing that looks the same way."""
+UNCOVERED = 0.05
+"""… nor is one on which this share of the face finds nothing that looks the same way: heads, toons and animals
+leave up to 0.015, cubes, spheres and rings 0.12 to 0.35, whichever landmarks are put on them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,13 +64,15 @@ def paired_landmarks(source: Rig, target: Rig) -> LandmarkPairs:
         )
     mine = _joined([source.landmarks[a] for a, _ in names])
     theirs = _joined([target.landmarks[b] for _, b in names])
+    for rig, marks, column in ((source, mine, 0), (target, theirs, 1)):
+        _check_on_surface(rig, [pair[column] for pair in names], marks)
     here, there = mine.of(source.neutral.vertices), theirs.of(target.neutral.vertices)
     for rig, points, column in ((source, here, 0), (target, there, 1)):
         _check_apart(rig.name, [pair[column] for pair in names], points)
         _check_spread(rig.name, points)
     _check_sides(names, here, there, target.name)
     unused = [name for name in target.landmarks if name not in {b for _, b in names}]
-    notes = ()
+    notes: tuple[Note, ...] = ()
     if unused:
         text = (
             f"{len(unused)} landmarks of {target.name} have no counterpart on {source.name}: {', '.join(unused[:12])}."
@@ -78,8 +87,9 @@ def check_is_face(fit: DenseFit, name: str) -> None:
     Raises:
         InputError: the warped source is far from the surface, or much of it finds no counterpart there.
     """
-    radius = face_radius(fit.warp(fit.warp.centres))
-    near = np.linalg.norm(fit.warped[:, None] - fit.warp(fit.warp.centres)[None], axis=2).min(axis=1) < radius
+    marks = fit.warp.centres
+    radius = face_radius(fit.warp(marks))
+    near = cKDTree(marks).query(fit.source.vertices)[0] < AROUND * face_radius(marks)
     face = fit.source_skin & near
     moved = np.linalg.norm(fit.stuck - fit.warped, axis=1)[face & fit.paired]
     off = float(np.sqrt((moved**2).mean())) / radius if len(moved) else np.inf
@@ -92,9 +102,28 @@ def check_is_face(fit: DenseFit, name: str) -> None:
         )
 
 
+def _check_on_surface(rig: Rig, names: Sequence[str], marks: SurfacePoints) -> None:
+    mesh = rig.neutral
+    absent = marks.corners.max(axis=1) >= len(mesh.vertices)
+    if absent.any():
+        row = int(np.argmax(absent))
+        raise InputError(
+            f"the landmark {names[row]!r} of {rig.name} is at vertex {marks.corners[row].max()}, but the mesh has "
+            f"{len(mesh.vertices)} vertices; it belongs to another mesh."
+        )
+    points = marks.of(mesh.vertices)
+    away = closest_points(mesh.vertices, mesh.triangles, points)[1] / face_radius(points)
+    if away.max() > OFF_SURFACE:
+        row = int(np.argmax(away))
+        raise InputError(
+            f"the landmark {names[row]!r} of {rig.name} is off the surface by {100 * away[row]:.0f} % of the face's radius; "
+            "place it on the skin."
+        )
+
+
 def _check_apart(rig: str, names: Sequence[str], points: Floats) -> None:
     apart = cdist(points, points) + np.eye(len(points)) * np.ptp(points)
-    i, j = np.unravel_index(int(np.argmin(apart)), apart.shape)
+    i, j = divmod(int(np.argmin(apart)), len(points))
     if apart[i, j] < 1e-6 * float(np.ptp(points, axis=0).max()):
         raise InputError(
             f"the landmarks {names[i]!r} and {names[j]!r} of {rig} are at the same place; correct one of them."

@@ -270,8 +270,10 @@ def regions_of_groups(groups: Mapping[str, Ints], count: int, what: str = "point
 def natural_regions(layers: Sequence[Layer]) -> Labels:
     """Tell the face's regions from what moves them: `face`, `mouth` and `eyes`.
 
-    A point belongs to the eyes where blinking moves it at least a third as far as emotions
-    do, else to the mouth where speech does, else to the rest of the face.
+    Each layer is compared with its own largest movement, since a body that swells with
+    emotion moves everything, its lids and lips too.  A point belongs to the eyes where
+    blinking moves it, and more so than speech; else to the mouth where speech moves it; else to
+    the rest of the face, as do points that emotions move far and the others hardly.
 
     Args:
         layers: the layers; those not called `speech` or `blink` count as emotion.
@@ -282,15 +284,15 @@ def natural_regions(layers: Sequence[Layer]) -> Labels:
         kind = layer.name if layer.name in reach else "emotion"
         spread = layer.offsets - layer.offsets.mean(axis=0)
         reach[kind] = np.maximum(reach[kind], np.linalg.norm(spread, axis=2).max(axis=0))
-    top = {name: max(float(values.max(initial=0.0)), 1e-300) for name, values in reach.items()}
-    others = np.maximum(reach["emotion"], reach["speech"])
-    eyes = (reach["blink"] > SHARE * others) & (reach["blink"] > FAINT * top["blink"])
-    mouth = ~eyes & (reach["speech"] > SHARE * reach["emotion"]) & (reach["speech"] > FAINT * top["speech"])
+    part = {name: values / max(float(values.max(initial=0.0)), 1e-300) for name, values in reach.items()}
+    least = np.maximum(FAINT, SHARE * part["emotion"])
+    eyes = (part["blink"] > least) & (part["blink"] > part["speech"])
+    mouth = ~eyes & (part["speech"] > least)
     of = np.where(eyes, 2, np.where(mouth, 1, 0))
     return Labels(("face", "mouth", "eyes"), of)
 
 
-SHARE = 1 / 3
-"""A layer rules a region where it moves the points at least this far compared with the others."""
+SHARE = 1 / 5
+"""A layer rules a region where its share of its largest movement is at least this part of the emotions'."""
 FAINT = 0.05
 """Less than this share of a layer's largest movement is no movement."""
