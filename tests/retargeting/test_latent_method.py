@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from mien.core import Clip, Examples, InputError
-from mien.retargeting.by_example import capture_noise, unlabelled
-from mien.retargeting.latent.method import Latent, Sgplvm
+from mien.retargeting.few_labels import Latent
+from mien.retargeting.labelled import capture_noise, unlabelled
+from mien.retargeting.latent.method import Sgplvm
 from mien.retargeting.latent.model import LatentModel
 from mien.retargeting.regions import ApartModel
 from mien.retargeting.regression import RidgeModel

@@ -64,11 +64,13 @@ def doubts(labels: Examples, take: Floats) -> tuple[Note, ...]:
     if len(blind):
         listed = ", ".join(map(str, blind[:6]))
         text = f"{len(blind)} labelled frames see nothing of the actor and only count as poses: {listed}."
-        notes.append(Note("labels-unseen", text, f"frame {blind[0]}"))
+        notes.append(Note("labels-empty", text, f"frame {blind[0]}"))
     spread = np.nanmax(labels.values, axis=0) - np.nanmin(labels.values, axis=0)
     constant = [name for name, range_ in zip(labels.names, spread, strict=True) if range_ <= 0]
     if constant and len(labels.frames) > 1:
-        text = f"{len(constant)} parameters have the same value in all labels and will keep it: {', '.join(constant[:8])}."
+        text = (
+            f"{len(constant)} parameters have the same value in all labels and will keep it: {', '.join(constant[:8])}."
+        )
         notes.append(Note("parameters-constant", text, constant[0]))
     if len(labels.frames) == 1:
         text = "there is a single label, so every frame becomes much the same pose; label more."
@@ -81,7 +83,18 @@ def unlabelled(take: Floats, labelled: Ints, count: int) -> Ints:
     free = np.setdiff1d(np.arange(len(take)), labelled)
     whole = free[~np.isnan(take[free]).any(axis=1)]
     free = whole if len(whole) >= min(count, len(free)) else free[~np.isnan(take[free]).all(axis=1)]
-    return free[evenly(len(free), count)]
+    chosen = free[evenly(len(free), count)]
+    return np.sort(np.concatenate([chosen, _for_the_rare(take, np.concatenate([labelled, chosen]))]))
+
+
+def _for_the_rare(take: Floats, chosen: Ints) -> Ints:
+    """Return further frames, so that each column that is ever seen is seen in one."""
+    seen = ~np.isnan(take)
+    found: list[int] = []
+    for column in np.flatnonzero(seen.any(axis=0) & ~seen[chosen].any(axis=0)):
+        if not seen[found, column].any():
+            found.append(int(np.argmax(seen[:, column])))
+    return np.array(found, dtype=np.int64)
 
 
 def evenly(length: int, count: int) -> Ints:

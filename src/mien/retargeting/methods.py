@@ -11,12 +11,20 @@ from mien.core import InputError
 from mien.core.errors import unknown
 from mien.retargeting.copying import Copy
 from mien.retargeting.direct import Direct
+from mien.retargeting.few_labels import Latent
+from mien.retargeting.latent.method import Sgplvm
 from mien.retargeting.layers import Layers
 from mien.retargeting.method import Method
 from mien.retargeting.range_of_motion import RangeOfMotion
 from mien.retargeting.rbf import Rbf
+from mien.retargeting.regression.methods import CrossMapping, Gpr, Ridge, Svr
 
-METHODS: dict[str, type[Method]] = {method.name: method for method in (RangeOfMotion, Layers, Rbf, Direct, Copy)}
+_ROWS: tuple[type[Method], ...] = (
+    *(RangeOfMotion, Layers, Latent),
+    *(Rbf, Direct, Copy),
+    *(Sgplvm, Gpr, Svr, Ridge, CrossMapping),
+)
+METHODS: dict[str, type[Method]] = {method.name: method for method in _ROWS}
 
 
 def make_method(name: str, settings: dict[str, Any] | None = None) -> Method:
@@ -57,7 +65,7 @@ def parameters(method: Any) -> dict[str, Any]:
 def _changed(method: Any, key: str, value: Any) -> Any:
     for f in fields(method):
         current = getattr(method, f.name)
-        if f.name == key and not is_dataclass(current):
+        if f.name == key and (not is_dataclass(current) or is_dataclass(value)):
             return replace(method, **{key: _as_kind(key, value, current)})
         if is_dataclass(current) and key in parameters(current):
             return replace(method, **{f.name: _changed(current, key, value)})

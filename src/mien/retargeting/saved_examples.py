@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mien.capture import Stabiliser
-from mien.core import InputError, Note
+from mien.core import Clip, Examples, InputError, Markers, Note
 from mien.geometry.align import Similarity
-from mien.retargeting.by_example import ChannelRows, ExampleRetargeter, MarkerRows
+from mien.retargeting.by_example import ExampleRetargeter
 from mien.retargeting.latent.learnt import Convergence, LearntLatent
 from mien.retargeting.latent.observe import Observer
 from mien.retargeting.latent.regressor import Regressor
@@ -20,15 +20,22 @@ from mien.retargeting.regions import Apart, Part
 from mien.retargeting.regression.gaps import GapFilling
 from mien.retargeting.regression.learnt import LearntRegression
 from mien.retargeting.regression.predictor import Predictor
+from mien.retargeting.rows import ChannelRows, MarkerRows
 from mien.retargeting.scaling import Scaling
+from mien.retargeting.transport.experts import Expert
+from mien.retargeting.transport.hull import LocalHull
+from mien.retargeting.transport.learnt import LearntTransport
+from mien.retargeting.transport.principal import PrincipalSpace
+from mien.retargeting.transport.process import LinearRadialKernel, Process
 from mien.solve.gaussian_kernel import Kernel
 
 CLASSES: dict[str, type[Any]] = {
     kind.__name__: kind
     for kind in (
-        *(ExampleRetargeter, MarkerRows, ChannelRows, Stabiliser, Similarity, Note, Scaling),
+        *(ExampleRetargeter, MarkerRows, ChannelRows, Stabiliser, Similarity, Examples, Note, Scaling),
         *(LearntLatent, Observer, Regressor, Kernel, Convergence, Apart, Part),
         *(LearntRegression, Predictor, GapFilling),
+        *(LearntTransport, PrincipalSpace, Expert, Process, LinearRadialKernel, LocalHull),
     )
 }
 """All that a saved model may be made of."""
@@ -52,15 +59,26 @@ def unpacked_examples(header: Mapping[str, Any], arrays: Mapping[str, NDArray[An
     fitted = restored(header["fitted"], arrays, CLASSES)
     if not isinstance(fitted, ExampleRetargeter):
         raise InputError(f"the model holds a {type(fitted).__name__} instead of a fitted method; fit it again.")
-    reading = fitted.reading
-    size = len(reading.names) * (3 if isinstance(reading, MarkerRows) else 1)
+    size = fitted.reading.size
+    if fitted.names != fitted.labels.names or fitted.shown.shape != (len(fitted.labels.frames), size):
+        raise ValueError("the labels do not fit the parameters and the source")
     if isinstance(fitted.learnt, LearntLatent):
         _check_observer(fitted.learnt.source, size)
         _check_observer(fitted.learnt.target, len(fitted.names))
-    values = fitted.learnt.map(np.zeros((1, size)))
+    values = fitted.retarget(_at_rest(fitted))[0].values
     if values.shape != (1, len(fitted.names)) or not np.isfinite(values).all():
         raise ValueError("the model does not map a frame to its parameters")
+    if hasattr(fitted.learnt, "complete"):
+        fitted.complete({fitted.names[0]: 0.0})
     return fitted
+
+
+def _at_rest(fitted: ExampleRetargeter) -> Markers | Clip:
+    """Return a take of one frame, to try a model that was read."""
+    reading = fitted.reading
+    if isinstance(reading, MarkerRows):
+        return Markers(reading.names, reading.neutral[None], fitted.fps)
+    return Clip(reading.names, np.zeros((1, len(reading.names))), fitted.fps)
 
 
 def _check_observer(observer: Observer, size: int) -> None:

@@ -30,7 +30,7 @@ NOT_A_FACE = 0.3
 """A mesh on which the warped face must move this share of its radius to touch the surface is no face …"""
 UNCOVERED = 0.05
 """… nor is one on which this share of the face finds nothing that looks the same way: heads, toons and animals
-leave up to 0.015, cubes, spheres and rings 0.12 to 0.35, whichever landmarks are put on them."""
+leave up to 0.015, cubes, spheres and rings 0.1 to 0.35, whichever landmarks are put on them."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,47 +1,40 @@
-"""`latent` and `sgplvm`: shared Gaussian-process latent spaces as retargeting methods."""
+"""`sgplvm`: the shared latent space from labelled frames alone, as a retargeting method."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from mien.core.arrays import Floats
-from mien.retargeting.by_example import ExampleMethod, capture_noise
-from mien.retargeting.latent.model import PUBLISHED, LatentModel
+from mien.retargeting.by_example import ExampleMethod
+from mien.retargeting.labelled import capture_noise
+from mien.retargeting.latent.model import LatentModel
 
 
 @dataclass(frozen=True)
-class Latent(ExampleMethod):
-    """Learn a latent space that actor and character share (Bouaziz and Pauly 2014).
+class Sgplvm(ExampleMethod):
+    """Learn a shared latent space from the labelled frames alone (Ek 2009).
 
     Attributes:
-        model: its parts; noise and change are estimated from the take, as published, if
-            `estimate` is set.
-        estimate: see there.
+        model: its parts.
     """
 
-    name: ClassVar[str] = "latent"
-    about: ClassVar[str] = "a latent space shared by actor and character, from a few labels and many unlabelled frames"
-    presets: ClassVar[Mapping[str, Mapping[str, Any]]] = {"paper": PUBLISHED}
+    name: ClassVar[str] = "sgplvm"
+    about: ClassVar[str] = "a shared latent space from the labelled frames alone (Ek 2009); a comparator"
 
-    model: LatentModel = field(default_factory=lambda: LatentModel(floor=1e-3, beginning="principal"))
-    estimate: bool = True
+    model: LatentModel = field(default_factory=lambda: LatentModel(unlabelled=False))
 
     def learner(self, take: Floats) -> LatentModel:
         """Return the model, told how noisy the take is."""
-        if not self.estimate:
-            return self.model
-        noise, change = capture_noise(take)
-        return replace(self.model, noise=noise, change=change)
+        return told(self.model, take)
 
 
-@dataclass(frozen=True)
-class Sgplvm(Latent):
-    """Learn a shared latent space from the labelled frames alone (Ek 2009)."""
-
-    name: ClassVar[str] = "sgplvm"
-    about: ClassVar[str] = "a shared latent space from the labelled frames alone; a comparator"
-    presets: ClassVar[Mapping[str, Mapping[str, Any]]] = {}
-
-    model: LatentModel = field(default_factory=lambda: LatentModel(unlabelled=False))
+def told(model: LatentModel, take: Floats) -> LatentModel:
+    """Return a model told how noisy a take `(F, d)` is and how fast it changes, where it is not told already."""
+    noise, change = capture_noise(take)
+    untold = LatentModel()
+    return replace(
+        model,
+        noise=noise if model.noise == untold.noise else model.noise,
+        change=change if model.change == untold.change else model.change,
+    )

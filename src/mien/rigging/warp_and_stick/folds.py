@@ -21,7 +21,7 @@ from mien.rigging.warp_and_stick.stick import Anchors, Stuck, stick
 
 ROUNDS = 5
 """The skin is relaxed this far around a fold, in edges, one more each time."""
-MOST_MOVED = 0.2
+MOST_MOVED = 0.4
 """A patch in which a vertex moves by more than this share of the face's radius is left as it was."""
 
 
