@@ -27,7 +27,7 @@ from scipy.interpolate import RBFInterpolator
 from threadpoolctl import threadpool_limits
 
 from benchmarks.paper_figures.rig_transfer.decimated import fewer, skin_mesh
-from benchmarks.report import ROOT, Row, publish
+from benchmarks.report import RESULTS, ROOT, Row, publish
 from mien.core import Mesh, Rig, SurfacePoints
 from mien.core.rig import no_blendshapes
 from mien.geometry.tps import fit_thin_plate
@@ -198,7 +198,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--data", type=Path, default=Path(os.environ.get("MIEN_DATA", ROOT.parent / "shared" / "data")))
     parser.add_argument("--repeats", type=int, default=3)
-    parser.add_argument("--quick", action="store_true", help="without the large meshes; nothing is recorded")
+    parser.add_argument("--quick", action="store_true", help="without the large meshes")
+    parser.add_argument("--out", type=Path, default=RESULTS, help="folder of the table")
     args = parser.parse_args()
     with threadpool_limits(1):
         rows = small(args.repeats) + dense_warp(args.repeats)
@@ -210,9 +211,8 @@ def main() -> None:
         if (args.data / "rigs").is_dir() and not args.quick:
             rows += [_apart(large, args.data, method) for method in ("warp-and-stick", "deformation-transfer", "rbf")]
             rows += peer_transfer(args.data)
-    folder = Path("figures") if args.quick else None
     about = "Rig transfer, one thread, seconds of the processor; peak memory of the whole process"
-    publish("speed_rig_transfer", about, rows, ["numpy", "scipy", "libigl"], *([folder] if folder else []))
+    publish("speed_rig_transfer", about, rows, ["numpy", "scipy", "libigl"], args.out)
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ from mien.cli import options
 
 def fit(
     training: options.PerformanceFile,
-    character: Annotated[Path, typer.Argument(help="The rig: .glb, .gltf, or a folder of .obj.")],
+    character: Annotated[Path, typer.Argument(help="The rig: .glb, .gltf, a folder of .obj; or a .csv of parameters.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="Where to write the model (.mien).")],
     method: options.Method = "range-of-motion",
     actor: options.Actor = None,
@@ -21,6 +21,7 @@ def fit(
     landmarks: options.Landmarks = None,
     count: options.Count = 99,
     examples: options.Examples = None,
+    animation: options.Animation = None,
     extremes: options.Extremes = None,
     rigid: options.Rigid = None,
     set_: options.Set = None,
@@ -33,6 +34,8 @@ def fit(
       mien fit rom.c3d hero.glb --landmarks rom.json hero.json -o hero.mien
 
       mien retarget take.c3d hero.mien -o take.glb
+
+      mien fit take.c3d hero.glb --method latent --examples labels.csv --animation walk.glb -o hero.mien
     """
     from mien.cli.parse import assignments
     from mien.cli.say import console, print_json, print_notes, stages
@@ -54,6 +57,7 @@ def fit(
         tuple(rigid or ()),
         settings=assignments(set_ or []),
         extremes=extremes,
+        animations=tuple(animation or ()),
     )
     check_place(output, inputs_of(request), [SUFFIX], "a fitted model")
     with stages(quiet) as stage:
@@ -63,5 +67,5 @@ def fit(
     if json:
         print_json({"model": str(output), "method": method, "warnings": [vars(note) for note in notes]})
     elif not quiet:
-        console().print(f"method {method}, {len(fitted.retargeter.names)} shapes\nwrote {output}")
+        console().print(f"method {method}, {len(fitted.retargeter.names)} parameters\nwrote {output}")
         print_notes(notes)

@@ -21,7 +21,14 @@ Landmarks = Annotated[
     ),
 ]
 Count = Annotated[int, typer.Option(min=4, help="How many pairs to make from landmarks.")]
-Examples = Annotated[Path | None, typer.Option(help="Frames that show named shapes (.csv, .json).")]
+Examples = Annotated[
+    Path | None,
+    typer.Option(help="Labelled frames of the training take: frame, and a column per parameter (.csv, .json)."),
+]
+Animation = Annotated[
+    list[Path] | None,
+    typer.Option(help="For latent: existing animation of the character, to learn its poses from; repeat for several."),
+]
 Extremes = Annotated[
     Path | None,
     typer.Option(help="For layers: which frame of the training take shows which extreme (.csv: layer,extreme,frame)."),

@@ -20,7 +20,10 @@ Output = Annotated[
 def retarget(
     performance: options.PerformanceFile,
     character: Annotated[
-        Path, typer.Argument(help="The rig: .glb, .gltf, a folder of .obj; or a model that `mien fit` made (.mien).")
+        Path,
+        typer.Argument(
+            help="The rig: .glb, .gltf, a folder of .obj; a model that `mien fit` made (.mien); or a .csv of parameters."
+        ),
     ],
     output: Output,
     method: options.Method = "range-of-motion",
@@ -33,6 +36,7 @@ def retarget(
     landmarks: options.Landmarks = None,
     count: options.Count = 99,
     examples: options.Examples = None,
+    animation: options.Animation = None,
     extremes: options.Extremes = None,
     rigid: options.Rigid = None,
     bounds: Annotated[
@@ -73,6 +77,8 @@ def retarget(
 
       mien retarget take.c3d globe.glb --method layers --training rom.c3d --extremes rom.csv -o out.glb
 
+      mien retarget take.c3d hero.glb --method latent --examples labels.csv -o out.glb
+
       mien fit rom.c3d hero.glb -o hero.mien && mien retarget take.c3d hero.mien -o out.glb
     """
     from mien.cli.parse import assignments, pair_names, prior_weights
@@ -106,6 +112,7 @@ def retarget(
         head,
         settings,
         extremes,
+        tuple(animation or ()),
     )
     given_files = [*inputs_of(request), *([onto] if onto else [])]
     check_outputs(output, given_files, report=report, csv_format=csv_format)
@@ -130,7 +137,7 @@ def _summary(result: Result, written: list[Path]) -> None:
     account = result.report.as_json()
     out = console()
     out.print(
-        f"{len(result.clip)} frames at {result.clip.fps:g} fps, {len(result.clip.names)} shapes, method {account['method']}"
+        f"{len(result.clip)} frames at {result.clip.fps:g} fps, {len(result.clip.names)} parameters, method {account['method']}"
     )
     if account["fit"]["rms_mm"] is not None:
         gain = f", gain {account['gain']:.2f}" if account["gain"] is not None else ""

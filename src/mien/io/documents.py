@@ -178,8 +178,10 @@ def read_examples(path: Path | str) -> Examples:
     frames = values[:, 0]
     if not ((frames >= 0) & (frames <= LAST_FRAME) & (np.floor(frames) == frames)).all():
         raise FileError(f"{path}: frames must be whole numbers from 0.")
-    if len(np.unique(frames)) < len(frames):
-        raise FileError(f"{path} labels a frame more than once; give each frame one row.")
+    unique, count = np.unique(frames, return_counts=True)
+    if (count > 1).any():
+        twice = ", ".join(f"{f:g}" for f in unique[count > 1][:6])
+        raise FileError(f"{path} labels a frame more than once (frame {twice}); keep the right row of each.")
     try:
         return Examples(frames.astype(np.int64), tuple(names), values[:, 1:])
     except InputError as error:

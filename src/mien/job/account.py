@@ -7,24 +7,20 @@ from pathlib import Path
 
 import numpy as np
 
-from mien.core import FileError, Markers
+from mien.core import FileError, Rig
 from mien.core.arrays import Floats
-from mien.geometry.laplacian import triangulate_markers
 from mien.io.files import written_whole
+from mien.job.likeness import actor_pictures, reading_of
 from mien.job.outputs import REPORTS
 from mien.job.retarget import Result
 from mien.look import plots
-from mien.look.camera import frame_face
 from mien.look.page import Figure, Notes, Section, Table, page
 from mien.look.portrait import Portrait
-from mien.look.raster import Dots, Picture, render
 from mien.look.sheet import Labelled, Row, png, sheet, telling_frames
 from mien.retargeting.shape_retargeter import ShapeRetargeter
 
 SHOWN_FRAMES = 8
 SHOWN_SHAPES = 8
-DOT, DOT_RADIUS = (0.10, 0.36, 0.70), 0.0031
-CLAY = (0.86, 0.85, 0.83)
 
 
 def write_report(path: Path, result: Result) -> None:
@@ -37,7 +33,7 @@ def write_report(path: Path, result: Result) -> None:
     if suffix == ".json":
         content = json.dumps(result.report.as_json(), indent=1, ensure_ascii=False)
     elif suffix in REPORTS:
-        content = page(f"{result.performance.path.name} → {result.character.name}", sections(result))
+        content = page(f"{result.performance.path.name} → {_name(result)}", sections(result))
     else:
         raise FileError(f"cannot write {path}: a report is written to {', '.join(REPORTS)}.")
     with written_whole(path) as temporary:
@@ -47,7 +43,8 @@ def write_report(path: Path, result: Result) -> None:
 def sections(result: Result) -> list[Section]:
     """Return what the page shows, from the overview to the details."""
     found: list[Section] = [_overview(result), Notes(result.report.notes, "What was repaired, left out or doubtful")]
-    found.append(side_by_side(result))
+    if result.character is not None:
+        found.append(side_by_side(result, result.character))
     if isinstance(result.retargeter, ShapeRetargeter):
         found += _curves(result)
         found += _alignment(result.retargeter, result)
@@ -58,12 +55,17 @@ def sections(result: Result) -> list[Section]:
     return found
 
 
-def side_by_side(result: Result) -> Figure:
+def _name(result: Result) -> str:
+    return result.character.name if result.character is not None else "parameters"
+
+
+def side_by_side(result: Result, rig: Rig) -> Figure:
     """Picture actor and character at the take's most telling frames."""
     frames = telling_frames(result.clip.values, SHOWN_FRAMES)
-    sitter = Portrait.of(result.character, size=(300, 300))
-    character = [sitter.picture(result.clip.channels(result.character.blendshapes.names)[f]) for f in frames]
-    actor = _actor_pictures(result, frames)
+    sitter = Portrait.of(rig, size=(300, 300))
+    values, joints = result.clip.channels(rig.blendshapes.names), result.clip.joints
+    character = [sitter.picture(values[f], joints=None if joints is None else joints[f]) for f in frames]
+    actor = actor_pictures(result.performance, result.markers, reading_of(result.retargeter), frames)
     labels = [f"frame {f} · {f / result.clip.fps:.2f} s" for f in frames]
     rows = []
     for begin in range(0, len(frames), 4):
@@ -71,49 +73,21 @@ def side_by_side(result: Result) -> Figure:
         if actor:
             rows.append(Row("actor", tuple(Labelled(p) for p in actor[part])))
         cells = tuple(Labelled(p, text) for p, text in zip(character[part], labels[part], strict=True))
-        rows.append(Row(result.character.name if len(result.character.name) < 18 else "character", cells))
+        rows.append(Row(rig.name if len(rig.name) < 18 else "character", cells))
     caption = (
         "Actor above, character below, at the most different frames of the take. Head motion is taken out of both."
     )
     return Figure(png(sheet(rows)), caption, "Side by side")
 
 
-def _actor_pictures(result: Result, frames: np.ndarray) -> list[Picture]:
-    performance = result.performance
-    if performance.actor is not None and performance.clip is not None:
-        sitter = Portrait.of(performance.actor, size=(300, 300))
-        values = np.nan_to_num(performance.clip.channels(performance.actor.blendshapes.names))
-        joints = performance.clip.joints
-        return [sitter.picture(values[f], joints=None if joints is None else joints[f]) for f in frames]
-    if result.markers is None or not isinstance(result.retargeter, ShapeRetargeter):
-        return []
-    return marker_pictures(result.retargeter, result.markers, frames)
-
-
-def marker_pictures(retargeter: ShapeRetargeter, markers: Markers, frames: np.ndarray) -> list[Picture]:
-    """Picture captured markers as dots on a coarse skin, turned the way the character faces."""
-    displacements, _ = retargeter.displacements(markers.points[frames])
-    turn = retargeter.placement.rotation
-    neutral = retargeter.neutral / retargeter.centimetre @ turn.T / 100
-    seen = np.nan_to_num(displacements @ turn.T / 100)
-    triangles = triangulate_markers(neutral)
-    camera = frame_face(np.vstack([neutral, (neutral + seen).reshape(-1, 3)]))
-    clay = np.broadcast_to(CLAY, neutral.shape)
-    pictures = []
-    for points in neutral + seen:
-        a, b, c = (points[triangles[:, i]] for i in range(3))
-        away = (np.cross(b - a, c - a) * (camera.position - a)).sum(axis=1) < 0
-        skin = np.where(away[:, None], triangles[:, ::-1], triangles)  # so coarse a skin folds at the lips
-        dots = [Dots(points, DOT, DOT_RADIUS, on_top=True)]
-        pictures.append(render(points, skin, camera, size=(300, 300), colours=clay, dots=dots, crevices=0.0))
-    return pictures
-
-
 def _overview(result: Result) -> Table:
     account = result.report.as_json()
     rows: list[tuple[str, str]] = [
         ("performance", str(result.performance.path)),
-        ("character", str(result.character.source or result.character.name)),
+        (
+            "character",
+            str(result.character.source if result.character is not None and result.character.source else _name(result)),
+        ),
         ("method", result.report.method),
         ("frames", f"{len(result.clip)} at {result.clip.fps:g} per second"),
     ]

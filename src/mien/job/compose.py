@@ -14,6 +14,7 @@ from mien.job.retarget import Result
 from mien.retargeting.layers import Layers, rig_face, split_clip, split_rig
 from mien.retargeting.layers.compose import curves_of, projection
 from mien.retargeting.layers.dynamics import Dynamics
+from mien.retargeting.layers.played import played_by
 from mien.solve.layered import layer_weights
 
 
@@ -68,16 +69,19 @@ def compose(
         InputError: the curves lack a layer or a region of the character.
     """
     rig = read_rig(character)
-    face = rig_face(rig, masks=tuple(masks))
     clip = read_clip(curves)
+    face, unplayed = played_by(rig_face(rig, masks=tuple(masks)), clip)
     if dynamics is not None:
         clip = dynamics.apply(face, clip)
     if split:
-        return Composed(split_rig(rig, face), split_clip(face, clip), 0.0, face.notes)
+        played = split_clip(face, clip)
+        return Composed(split_rig(rig, face), played, 0.0, (*face.notes, *unplayed, *played.notes))
     weights, coefficients, notes = curves_of(face, clip)
     mixed = layer_weights(face.starts, weights, coefficients)
     values, loss = projection(rig, face).weights(mixed)
-    return Composed(rig, Clip(rig.blendshapes.names, values, clip.fps), float(loss.mean()), (*face.notes, *notes))
+    return Composed(
+        rig, Clip(rig.blendshapes.names, values, clip.fps), float(loss.mean()), (*face.notes, *unplayed, *notes)
+    )
 
 
 def write(result: Composed, outputs: Sequence[Path]) -> None:

@@ -69,6 +69,8 @@ def own_points(actor: Rig, landmarks: tuple[Path, Path] | None, count: int) -> C
         names = tuple(found)[:count] + tuple(f"point_{i}" for i in range(len(found), count))
     else:
         moving = np.flatnonzero(actor.blendshapes.deltas.any(axis=(0, 2)))
+        if not len(moving):  # a face that only its bones move
+            moving = np.arange(len(actor.neutral.vertices))
         chosen = moving[np.linspace(0, len(moving) - 1, min(count, len(moving))).astype(np.int64)]
         points, names = SurfacePoints.at_vertices(chosen), tuple(f"point_{i}" for i in range(len(chosen)))
     return Correspondence(names, points, points)

@@ -8,6 +8,7 @@ from typing import Any
 from mien.core import Correspondence, FileError, InputError, Rig, SurfacePoints
 from mien.io.archive import read_archive, write_archive
 from mien.io.formats import read_rig
+from mien.job.labelled import bones_of
 from mien.job.performance import load_performance
 from mien.job.retarget import Fitted, Progress, Request, Result, play, stopwatch
 from mien.retargeting.saved import packed, unpacked
@@ -25,8 +26,9 @@ def save_model(path: Path, fitted: Fitted) -> None:
     if path.suffix.lower() != SUFFIX:
         raise FileError(f"cannot write {path}: a fitted model is written to {SUFFIX}.")
     header, arrays = packed(fitted.retargeter)
-    source = fitted.character.source
+    source = fitted.character.source if fitted.character is not None else None
     header |= {"format": FORMAT, "version": VERSION, "character": str(source.resolve()) if source else None}
+    header["parameters_alone"] = fitted.character is None
     pairs = fitted.pairs
     if pairs is not None:
         header["pairs"] = pairs.names
@@ -48,16 +50,18 @@ def load_model(path: Path, character: Path | None = None) -> Fitted:
         InputError: the character has other shapes than the one the method was fitted to.
     """
     header, arrays = read_archive(path, FORMAT, VERSION)
+    alone = header.get("parameters_alone") is True and character is None
     place = character or (Path(header["character"]) if isinstance(header.get("character"), str) else None)
-    if place is None or not place.exists():
+    if not alone and (place is None or not place.exists()):
         raise FileError(f"the character that {path} was fitted to is not at {place}; say where it is with --character.")
-    rig = read_rig(place)
+    rig = None if alone or place is None else read_rig(place)
     try:
         retargeter = unpacked(header, arrays)
         pairs = _pairs(header, arrays)
     except (InputError, KeyError, TypeError) as error:
         raise FileError(f"{path}: {error}") from None
-    _check_shapes(retargeter.names, rig, path)
+    if rig is not None:
+        _check_shapes(retargeter.names, rig, path)
     return Fitted(retargeter, rig, pairs)
 
 
@@ -93,7 +97,8 @@ def _pairs(header: dict[str, Any], arrays: dict[str, Any]) -> Correspondence | N
 
 
 def _check_shapes(names: tuple[str, ...], rig: Rig, path: Path) -> None:
-    missing = [name for name in names if name not in rig.blendshapes.names]
+    known = {*rig.blendshapes.names, *bones_of(rig)}
+    missing = [name for name in names if name not in known]
     if missing:
         raise InputError(
             f"{path} drives {len(names)} shapes, but {rig.name} lacks {len(missing)} of them ({', '.join(missing[:5])}); "

@@ -105,7 +105,13 @@ def inputs_of(request: Request) -> list[Path]:
     landmarks = [path for path in request.landmarks or () if path != OWN]
     optional = (request.actor, request.training, request.pairs, request.examples, request.extremes, *landmarks)
     neutral = [Path(request.neutral)] if request.neutral is not None else []
-    return [request.performance, request.character, *neutral, *(path for path in optional if path is not None)]
+    return [
+        request.performance,
+        request.character,
+        *neutral,
+        *request.animations,
+        *(path for path in optional if path is not None),
+    ]
 
 
 def _check_apart(paths: Sequence[Path]) -> None:

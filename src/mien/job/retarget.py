@@ -14,6 +14,7 @@ from mien.core import Clip, Correspondence, Examples, InputError, Markers, Note,
 from mien.core.arrays import Floats
 from mien.io.documents import read_examples
 from mien.io.formats import read_rig
+from mien.job.labelled import check_parameters, read_target, source_of, with_bones
 from mien.job.layers import actor_extremes, rest_of
 from mien.job.pairs import DEFAULT_COUNT, find_pairs
 from mien.job.performance import Performance, check_same_mesh, load_performance
@@ -38,6 +39,7 @@ class Request:
         pairs, landmarks: what corresponds.
         count: pairs to make from landmarks.
         examples: labelled frames of the training take.
+        animations: existing animation of the character, for methods that learn from poses that nobody acted.
         extremes: for layers, which frame of the training take shows which extreme.
         rigid: markers that ride on the skull.
         head: whether head motion goes to the character.
@@ -58,6 +60,7 @@ class Request:
     head: bool = True
     settings: dict[str, Any] = field(default_factory=dict)
     extremes: Path | None = None
+    animations: tuple[Path, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +70,7 @@ class Result:
     Attributes:
         clip: the character's animation.
         report: the account of it.
-        character: the rig it plays on.
+        character: the rig it plays on; None if it is parameters alone.
         performance: the actor's side.
         pairs: the correspondence used, if any.
         markers: the performance at the paired points, if it has points.
@@ -76,7 +79,7 @@ class Result:
 
     clip: Clip
     report: Report
-    character: Rig
+    character: Rig | None
     performance: Performance
     pairs: Correspondence | None
     markers: Markers | None
@@ -89,13 +92,13 @@ class Fitted:
 
     Attributes:
         retargeter: the fitted method.
-        character: the rig it is for.
+        character: the rig it is for; None if it is parameters alone.
         pairs: the correspondence, or None for methods without points.
         notes: what pairing had to say.
     """
 
     retargeter: Any
-    character: Rig
+    character: Rig | None
     pairs: Correspondence | None
     notes: tuple[Note, ...] = ()
 
@@ -127,6 +130,10 @@ def fit(request: Request, progress: Progress = lambda stage: None) -> Fitted:
 
 def learn(request: Request, stage: Stage) -> tuple[Fitted, Performance]:
     """Fit the method of a request to the training take, or to the performance if there is none."""
+    if learns_from_labels(request.method):
+        return _labelled(request, stage)
+    if request.animations:
+        raise InputError(f"the method {request.method!r} does not learn from existing animation; use --method latent.")
     with stage("read"):
         character = read_rig(request.character)
         performance = load_performance(request.performance, request.actor)
@@ -164,6 +171,44 @@ def learn(request: Request, stage: Stage) -> tuple[Fitted, Performance]:
     return Fitted(retargeter, character, pairs, (*notes, *remarks)), performance
 
 
+def learns_from_labels(method: str) -> bool:
+    """Return whether a method learns from labelled frames."""
+    return getattr(METHODS.get(method), "by_example", False)
+
+
+def _labelled(request: Request, stage: Stage) -> tuple[Fitted, Performance]:
+    """Fit a method that learns from labelled frames."""
+    with stage("read"):
+        target = read_target(request.character, request.examples, request.animations)
+        performance = load_performance(request.performance, request.actor)
+        training = performance if request.training is None else load_performance(request.training, request.actor)
+        examples = read_examples(request.examples) if request.examples else None
+    _check_training(performance, training)
+    check_parameters(examples, target.rig)
+    with stage("pair"):
+        source = source_of(
+            training,
+            target.rig,
+            pairs=request.pairs,
+            landmarks=request.landmarks,
+            count=request.count,
+            neutral=request.neutral,
+        )
+    with stage("fit"):
+        own = {"animations": target.animations} if target.animations else {}
+        retargeter = make_method(request.method, {**request.settings, **own}).fit(
+            target.rig,  # type: ignore[arg-type]  # these methods do without a mesh
+            source.take,
+            source.pairs,
+            neutral=source.neutral,
+            rigid=request.rigid,
+            head_moves=training.head_moves,
+            examples=examples,
+        )
+    pairs = source.pairs if training.actor is not None else None
+    return Fitted(retargeter, target.rig, pairs), performance
+
+
 def _layered(
     request: Request,
     stage: Stage,
@@ -191,21 +236,34 @@ def play(
     """Map a performance with a fitted method."""
     retargeter, character = fitted.retargeter, fitted.character
     with stage("solve"):
-        if fitted.pairs is None and performance.markers is not None and hasattr(retargeter, "markers"):
-            filled = fill_gaps(performance.markers.only(retargeter.markers))
-        elif fitted.pairs is None:
-            if performance.clip is None:
-                raise InputError(f"this method maps weights to weights, but {performance.path} holds markers.")
-            filled = None
-        else:
-            filled = fill_gaps(performance.points(fitted.pairs).only(retargeter.markers))
-        clip, report = retargeter.retarget(performance.clip if filled is None else filled)
-    clip = _with_head(clip, performance, retargeter, head)
+        frames = frames_of(fitted, performance)
+        clip, report = retargeter.retarget(frames)
+    clip = with_bones(_with_head(clip, performance, retargeter, head), character)
+    filled = frames if isinstance(frames, Markers) else None
     gaps = filled.notes if filled is not None else ()
-    notes = _distinct((*character.notes, *gaps, *fitted.notes, *report.notes))
+    known = character.notes if character is not None else ()
+    notes = _distinct((*known, *gaps, *fitted.notes, *report.notes))
     return Result(
         clip, replace(report, notes=notes, timing_s=timing), character, performance, fitted.pairs, filled, retargeter
     )
+
+
+def frames_of(fitted: Fitted, performance: Performance) -> Markers | Clip:
+    """Return a performance as the fitted method reads it.
+
+    Raises:
+        InputError: it is of another kind than the training take.
+    """
+    wanted = getattr(fitted.retargeter, "markers", None)
+    if wanted is None:
+        if performance.clip is None:
+            raise InputError(f"this method maps weights to weights, but {performance.path} holds markers.")
+        return performance.clip
+    if fitted.pairs is None and performance.markers is None:
+        raise InputError(f"this method was fitted to markers, but {performance.path} holds none; give the same kind.")
+    points = performance.markers if fitted.pairs is None else performance.points(fitted.pairs)
+    assert points is not None
+    return fill_gaps(points.only(wanted))
 
 
 def _settings(request: Request) -> tuple[dict[str, Any], tuple[Note, ...]]:
@@ -257,12 +315,12 @@ def _copier(request: Request, performance: Performance, character: Rig) -> Fitte
 
 def _with_head(clip: Clip, performance: Performance, retargeter: Any, wanted: bool) -> Clip:
     """Keep the head's motion where it was found, take it from the weights' file, or leave it out."""
-    recorded = performance.clip
+    recorded, placement = performance.clip, getattr(retargeter, "placement", None)
     head: Floats | None = clip.head
     if not wanted:
         head = None
-    elif head is None and hasattr(retargeter, "placement") and recorded is not None and recorded.head is not None:
-        head = retargeter.placement.conjugate(held(recorded.head.reshape(len(recorded), -1))[0].reshape(-1, 4, 4))
+    elif head is None and placement is not None and recorded is not None and recorded.head is not None:
+        head = placement.conjugate(held(recorded.head.reshape(len(recorded), -1))[0].reshape(-1, 4, 4))
     eyes = recorded.eyes if recorded is not None else None
     return replace(clip, head=head, eyes=eyes, start=recorded.start if recorded is not None else 0.0)
 

@@ -15,8 +15,9 @@ import numpy as np
 
 from mien.capture import Neutral
 from mien.core import Clip, Correspondence, Examples, InputError, Markers, Note, Report, Rig
-from mien.core.arrays import Floats
+from mien.core.arrays import Flags, Floats
 from mien.core.errors import unknown
+from mien.geometry.align import Similarity
 from mien.io.table import ranges
 from mien.retargeting.labelled import checked_examples, doubts, evenly, unlabelled
 from mien.retargeting.rows import ChannelRows, MarkerRows, Reading, read_points, read_weights
@@ -57,6 +58,11 @@ class ExampleRetargeter:
         """Names of the actor's points; None if frames are weights."""
         return self.reading.names if isinstance(self.reading, MarkerRows) else None
 
+    @property
+    def placement(self) -> Similarity | None:
+        """From the actor's space to the character's; None if frames are weights."""
+        return self.reading.placement if isinstance(self.reading, MarkerRows) else None
+
     def retarget(self, performance: Any) -> tuple[Clip, Report]:
         """Map a take onto the character.
 
@@ -65,7 +71,7 @@ class ExampleRetargeter:
                 is unknown, or no frame sees any.
         """
         rows, head = self.rows(performance)
-        blind = np.isnan(rows).all(axis=1)
+        blind = np.asarray(np.isnan(rows).all(axis=1))
         if blind.all():
             raise InputError("no frame of the performance sees anything that the method was fitted to.")
         notes = [*self.notes, *performance.notes]
@@ -144,7 +150,7 @@ class ExampleRetargeter:
 _KINDS: Mapping[type[Any], str] = {Markers: "markers", Clip: "weights"}
 
 
-def _held(values: Floats, blind: Floats) -> Floats:
+def _held(values: Floats, blind: Flags) -> Floats:
     """Return values `(F, K)` in which rows of blind frames repeat the row before."""
     last = np.maximum.accumulate(np.where(blind, -1, np.arange(len(values))))
     return np.where((last >= 0)[:, None], values[np.maximum(last, 0)], values)

@@ -10,12 +10,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy import sparse
 
 from mien.core import Anatomy, Cluster, Muscle, Rig, Skeleton
 from mien.core.arrays import Floats
 from mien.geometry.muscles import fibre_length
-from mien.rigging.attributes import carried_labels, carried_shares, carried_values
+from mien.rigging.attributes import Carrier
 from mien.rigging.structure import Structure
 
 AT_JOINT = 1e-3
@@ -24,39 +23,35 @@ SHORTEST = 0.6
 """A muscle that grew less than its skin shortens by at most this share, or by the rig's own if that is more."""
 
 
-def carried_anatomy(
-    generic: Rig, structure: Structure, skeleton: Skeleton | None, means: sparse.csr_matrix
-) -> Anatomy | None:
+def carried_anatomy(generic: Rig, structure: Structure, skeleton: Skeleton | None, carrier: Carrier) -> Anatomy | None:
     """Return a rig's anatomy on another face; None if it has none.
 
     Args:
         generic: the rig.
         structure: the warp of what lies under its skin.
         skeleton: the rig's, on the face.
-        means: `(Nt, Ns)` from values of the rig's vertices to the face's.
+        carrier: takes values of the rig's vertices to the face's.
     """
     own = generic.anatomy
     if own is None:
         return None
     return replace(
         own,
-        muscles=tuple(_muscle(muscle, generic, structure, skeleton, means) for muscle in own.muscles),
-        clusters=tuple(_cluster(cluster, structure, means) for cluster in own.clusters),
-        flexors=tuple(replace(flexor, weights=carried_shares(flexor.weights, means)) for flexor in own.flexors),
-        fields={name: carried_values(values, means) for name, values in own.fields.items()},
-        labels={name: carried_labels(labels, means) for name, labels in own.labels.items()},
+        muscles=tuple(_muscle(muscle, generic, structure, skeleton, carrier) for muscle in own.muscles),
+        clusters=tuple(_cluster(cluster, structure, carrier) for cluster in own.clusters),
+        flexors=tuple(replace(flexor, weights=carrier.shares(flexor.weights)) for flexor in own.flexors),
+        fields={name: carrier.values(values) for name, values in own.fields.items()},
+        labels={name: carrier.labels(labels) for name, labels in own.labels.items()},
     )
 
 
-def _muscle(
-    muscle: Muscle, generic: Rig, structure: Structure, skeleton: Skeleton | None, means: sparse.csr_matrix
-) -> Muscle:
+def _muscle(muscle: Muscle, generic: Rig, structure: Structure, skeleton: Skeleton | None, carrier: Carrier) -> Muscle:
     fibre, growth = structure.line(muscle.fibre), structure.growth(muscle.weights)
     wanted = muscle.shortening * growth * fibre_length(muscle.fibre) / max(fibre_length(fibre), 1e-300)
     return replace(
         muscle,
         fibre=fibre,
-        weights=carried_shares(muscle.weights, means),
+        weights=carrier.shares(muscle.weights),
         frame=structure.frame(muscle.frame),
         scale=muscle.scale * growth,
         shortening=min(wanted, max(SHORTEST, muscle.shortening)),
@@ -65,10 +60,10 @@ def _muscle(
     )
 
 
-def _cluster(cluster: Cluster, structure: Structure, means: sparse.csr_matrix) -> Cluster:
+def _cluster(cluster: Cluster, structure: Structure, carrier: Carrier) -> Cluster:
     return replace(
         cluster,
-        weights=carried_shares(cluster.weights, means),
+        weights=carrier.shares(cluster.weights),
         frame=structure.frame(cluster.frame),
         scale=cluster.scale * structure.growth(cluster.weights),
     )

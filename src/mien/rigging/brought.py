@@ -12,12 +12,10 @@ from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import sparse
 
 from mien.core import Blendshapes, Mesh, Note, Rig
 from mien.core.arrays import Floats, Ints
 from mien.core.rig import Colour
-from mien.rigging.attributes import interpolation
 from mien.rigging.dense import DenseFit
 from mien.rigging.eyeballs import ball_of, fitted_ball
 from mien.rigging.parts import Attachment, pieces
@@ -49,14 +47,6 @@ class Brought:
     def nothing(cls) -> Brought:
         """Return the record of bringing nothing."""
         return cls(np.empty(0, np.int64), np.empty((0, 3, 3)), np.empty((0, 3)))
-
-    def means(self, fit: DenseFit, attached: tuple[Attachment, ...]) -> sparse.csr_matrix:
-        """Return the matrix of means from the source's vertices to the face's, then to those brought."""
-        own = sparse.csr_matrix(
-            (np.ones(len(self.vertices)), (np.arange(len(self.vertices)), self.vertices)),
-            shape=(len(self.vertices), len(fit.source.vertices)),
-        )
-        return sparse.vstack([interpolation(fit, attached), own]).tocsr()
 
     def shapes(self, shapes: Blendshapes, deltas: Floats) -> Blendshapes:
         """Add to the face's shapes how the brought parts move in them, from the source's deltas `(K, Ns, 3)`."""

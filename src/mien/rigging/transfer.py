@@ -19,7 +19,7 @@ from mien.core.errors import unknown
 from mien.core.units import human_centimetre
 from mien.geometry.templates import template_shapes
 from mien.rigging.anatomy import carried_anatomy
-from mien.rigging.attributes import carried_skin
+from mien.rigging.attributes import Carrier
 from mien.rigging.blendshapes import carried
 from mien.rigging.brought import Brought, bring, colours_with, face_with
 from mien.rigging.dense import DenseFit, lay
@@ -83,13 +83,13 @@ def transfer_rig(
     structure = Structure.of(fit)
     attached = settled(fit, generic.skin, attachments(fit))
     brought = bring(generic, fit, structure, attached) if parts == "auto" else Brought.nothing()
-    means = brought.means(fit, attached)
+    carrier = Carrier.of(fit, attached, brought.vertices)
     skeleton, skin = None, None
     if generic.skeleton is not None and generic.skin is not None:
         rest = carried_joints(generic, fit, structure, attached, brought)
         skeleton = Skeleton(generic.skeleton.names, generic.skeleton.parents, rest)
-        skin = Skin(*carried_skin(generic.skin, means, influences), np.linalg.inv(rest))
-    anatomy = carried_anatomy(generic, structure, skeleton, means)
+        skin = Skin(*carrier.skin(generic.skin, influences), np.linalg.inv(rest))
+    anatomy = carried_anatomy(generic, structure, skeleton, carrier)
     shaped = generic
     if method != "warp-and-stick" and anatomy is not None and anatomy.templates:
         shaped = replace(generic, blendshapes=template_shapes(generic))
