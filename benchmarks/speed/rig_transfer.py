@@ -129,8 +129,7 @@ def large(data: Path, method: str) -> Row:
         "case": f"{len(source.blendshapes)} shapes, {len(source.neutral.vertices)} onto {len(target.neutral.vertices)}: {method}",
         "cpu s": seconds,
         "peak MB": _peak(),
-        "centres": moved.figures["structure_centres"],
-        "left over mm": moved.figures["structure_left_over_mm"],
+        **{name: value for name, value in moved.figures.items() if name.startswith("structure")},
     }
 
 

@@ -27,13 +27,13 @@ from mien.rigging.warp_and_stick.sheet import skin_of, twins_of
 
 KEPT = (0.9, 0.5, 0.25)
 """Shares of the triangles that the copies keep."""
+HEADS = ("actor", "cartoon", "MakeHuman adult", "MakeHuman child")
+"""Heads whose skin is a manifold, which the decimation needs."""
 
 
 def decimated(settings: Settings) -> None:
     """Write the table."""
-    heads = {"generic": generic_rig()} | {
-        name: settings.bare(name) for name in ("actor", "ICT", "MakeHuman adult") if name in settings.faces
-    }
+    heads = {"generic": generic_rig()} | {name: settings.bare(name) for name in HEADS if name in settings.faces}
     rows = [_row(name, rig, share, marks) for name, rig in heads.items() for share in KEPT for marks in SETS]
     about = "A head laid on a decimated copy of itself: mean distances in % of the diagonal"
     publish("rig_transfer_decimated", about, rows, ["numpy", "libigl"], settings.results)

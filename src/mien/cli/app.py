@@ -7,7 +7,22 @@ import sys
 
 import typer
 
-from mien.cli import compose, convert, demo, evaluate, fit, inspect, methods, pairs, render, retarget, rig
+from mien.cli import (
+    compose,
+    convert,
+    demo,
+    evaluate,
+    fit,
+    inspect,
+    label,
+    methods,
+    pairs,
+    pose,
+    render,
+    retarget,
+    rig,
+    suggest,
+)
 from mien.core.errors import MienError
 
 app = typer.Typer(
@@ -29,6 +44,9 @@ for command in (
     convert.convert,
     evaluate.evaluate,
     render.render,
+    pose.pose,
+    suggest.suggest,
+    label.label,
     methods.methods,
     demo.demo,
 ):

@@ -14,7 +14,7 @@ def demo(
     json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
     quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Print nothing but errors.")] = False,
 ) -> None:
-    """Put the built-in actor's capture onto the built-in cartoon, and say where to look.
+    """Put the built-in actor's capture onto a cartoon, rig a goat, let a globe speak, and say where to look.
 
     Examples:
       mien demo
@@ -24,6 +24,7 @@ def demo(
     from mien.cli.say import console, counted, print_json, print_notes, stages
     from mien.core import FileError
     from mien.job import demo as job
+    from mien.job import rig
     from mien.job.outputs import write_outputs
     from mien.job.picture import picture
     from mien.job.retarget import run
@@ -42,7 +43,19 @@ def demo(
         )
         write_outputs(result, [animated, weights], report=page)
         picture(animated, sheet)
-    written = [page, sheet, animated, weights]
+        stage("rigging a goat")
+        bare = job.prepare_goat(out)
+        goat, goat_sheet = out / "goat_rigged.glb", out / "goat_rigged.png"
+        rig.write(rig.run(bare), goat)
+        picture(goat, goat_sheet)
+        stage("a sentence on a globe and a radio")
+        sentence = job.prepare_sentence(out)
+        spoken = [one.character.with_stem(f"{one.character.stem}_speaks") for one in sentence]
+        for one, path in zip(sentence, spoken, strict=True):
+            write_outputs(run(one), [path])
+        together = out / "sentence.png"
+        job.picture_together([sentence[0].performance, *spoken], together)
+    written = [page, sheet, animated, weights, goat_sheet, goat, together, *spoken]
     if film:
         with counted(quiet, "filming") as progress:
             picture(animated, out / "film.mp4", progress=progress)
@@ -56,6 +69,7 @@ def demo(
     show.print(f"{len(result.clip)} frames: fit {account['fit']['rms_mm']:.2f} mm, gain {account['gain']:.2f}")
     print_notes(result.report.notes)
     show.print("\nThe same with files of your own:")
+    show.print(f"  mien rig builtin {bare.face} -o rigged.glb")
     show.print(f"  mien retarget {request.performance} {request.character} -o out.glb --report out.html\n")
     show.print("Look at:")
     for path in written:

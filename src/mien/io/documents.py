@@ -188,6 +188,21 @@ def read_examples(path: Path | str) -> Examples:
         raise FileError(f"{path}: {error}") from None
 
 
+def write_examples(path: Path | str, examples: Examples) -> None:
+    """Write labelled frames as a CSV to fill in; what is not labelled is left blank.
+
+    Raises:
+        FileError: the file cannot be written.
+    """
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(["frame", *examples.names])
+    for frame, row in zip(examples.frames, examples.values, strict=True):
+        table.writerow([int(frame), *("" if np.isnan(v) else f"{v:.6g}" for v in row)])
+    with written_whole(Path(path)) as temporary:
+        temporary.write_text(text.getvalue(), encoding="utf-8", newline="")
+
+
 def read_extremes(path: Path | str) -> Examples:
     """Read which frame of a take shows which extreme of which layer: a CSV with `layer,extreme,frame`.
 

@@ -42,11 +42,13 @@ class Source:
 
     Attributes:
         take: the training take as it is read.
-        pairs: the points of a mesh that are followed, or where markers are on the character; None for weights.
+        points: the points of an animated mesh that are followed.
+        pairs: where the take's points are on the character, if that is known.
         neutral: the actor at rest at the markers, where it is known or given.
     """
 
     take: Markers | Clip
+    points: Correspondence | None = None
     pairs: Correspondence | None = None
     neutral: Neutral | None = None
 
@@ -101,17 +103,15 @@ def source_of(
         return Source(training.clip)
     if training.markers is None:
         assert training.actor is not None
-        if rig is not None and pairs is not None:
-            points, _ = find_pairs(training, rig, pairs=pairs)
-        else:
-            points = own_points(training.actor, landmarks, count)
-        return Source(training.points(points), points, rest_of(training, points, neutral))
+        paired = None if rig is None or pairs is None else find_pairs(training, rig, pairs=pairs)[0]
+        points = paired or own_points(training.actor, landmarks, count)
+        return Source(training.points(points), points, paired, rest_of(training, points, neutral))
     found = None if rig is None else _place_of(training, rig, pairs, landmarks)
     if neutral is None:
-        return Source(training.markers, found)
+        return Source(training.markers, pairs=found)
     seen = np.flatnonzero(training.markers.seen.any(axis=0))
     markers = training.markers.only([training.markers.names[i] for i in seen])
-    return Source(markers, found, rest_of(replace(training, markers=markers), None, neutral))
+    return Source(markers, pairs=found, neutral=rest_of(replace(training, markers=markers), None, neutral))
 
 
 def _place_of(

@@ -18,6 +18,8 @@ from mien.retargeting.by_example import ExampleRetargeter
 
 PICTURE = ".png"
 SIZE = 720
+SHOWN = 0.01
+"""Parameters closer to 0 than this are not printed."""
 
 
 @dataclass(frozen=True, eq=False)

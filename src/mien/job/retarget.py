@@ -205,8 +205,7 @@ def _labelled(request: Request, stage: Stage) -> tuple[Fitted, Performance]:
             head_moves=training.head_moves,
             examples=examples,
         )
-    pairs = source.pairs if training.actor is not None else None
-    return Fitted(retargeter, target.rig, pairs), performance
+    return Fitted(retargeter, target.rig, source.points), performance
 
 
 def _layered(

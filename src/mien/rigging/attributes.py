@@ -14,6 +14,7 @@ from scipy import sparse
 
 from mien.core import Labels, Skin
 from mien.core.arrays import Floats, Ints
+from mien.rigging.brought import Brought
 from mien.rigging.dense import DenseFit
 from mien.rigging.parts import Attachment
 from mien.rigging.roughness import Smoothing
@@ -27,18 +28,26 @@ class Carrier:
         fit: the correspondence.
         attached: what the parts of the face follow.
         brought: `(B,)` vertices of the source that were brought along.
+        places: `(B, 3)` where they are on the face.
         smoothing: relaxes what was carried where the correspondence is crumpled.
     """
 
     fit: DenseFit
     attached: tuple[Attachment, ...]
     brought: Ints
+    places: Floats
     smoothing: Smoothing
 
     @classmethod
-    def of(cls, fit: DenseFit, attached: tuple[Attachment, ...], brought: Ints) -> Carrier:
+    def of(cls, fit: DenseFit, attached: tuple[Attachment, ...], brought: Brought) -> Carrier:
         """Make ready to carry values."""
-        return cls(fit, attached, brought, Smoothing.of(fit))
+        return cls(fit, attached, brought.vertices, brought.places, Smoothing.of(fit))
+
+    @property
+    def parts(self) -> Floats:
+        """`(P, 3)` vertices of everything that is not skin and does not ride on it."""
+        own = [self.fit.target.vertices[part.vertices] for part in self.attached if part.counterpart]
+        return np.concatenate([*own, self.places])
 
     def values(self, values: Floats) -> Floats:
         """Interpolate values `(Ns,)` or `(Ns, C)`."""
@@ -77,8 +86,9 @@ class Carrier:
         carried = self.values(spread)
         kept = min(influences, count)
         joints = np.argsort(-carried, axis=1, kind="stable")[:, :kept]
-        weights = np.maximum(np.take_along_axis(carried, joints, axis=1), 0)
-        return joints, np.asarray(weights / weights.sum(axis=1, keepdims=True), np.float64)
+        weights: Floats = np.maximum(np.take_along_axis(carried, joints, axis=1), 0)
+        weights /= weights.sum(axis=1, keepdims=True)
+        return joints, weights
 
 
 def _strongest(weights: sparse.csr_matrix) -> Ints:

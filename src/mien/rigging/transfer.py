@@ -83,7 +83,7 @@ def transfer_rig(
     structure = Structure.of(fit)
     attached = settled(fit, generic.skin, attachments(fit))
     brought = bring(generic, fit, structure, attached) if parts == "auto" else Brought.nothing()
-    carrier = Carrier.of(fit, attached, brought.vertices)
+    carrier = Carrier.of(fit, attached, brought)
     skeleton, skin = None, None
     if generic.skeleton is not None and generic.skin is not None:
         rest = carried_joints(generic, fit, structure, attached, brought)
