@@ -25,6 +25,8 @@ POINTS = 99
 SMOOTH = 1e-4
 NOISE_CM = 0.01
 SPOKEN = ("bs_value_1114_2_01", "bs_value_1114_3_15")
+WITHOUT_BLINK = {layer: count for layer, count in COUNTS.items() if layer != "blink"}
+"""For recordings of speech alone."""
 
 STUDIO: Mapping[str, tuple[str, ...]] = {
     "mouthFunnel": ("mouth_funnel_dl", "mouth_funnel_dr", "mouth_funnel_ul", "mouth_funnel_ur"),
@@ -77,7 +79,6 @@ def performance(
     clip: Clip,
     counts: Mapping[str, int] = COUNTS,
     training: Clip | None = None,
-    frames: int | None = None,
 ) -> Performance:
     """Let an actor perform, seen at 99 points of the face with a tenth of a millimetre of noise.
 
@@ -87,13 +88,12 @@ def performance(
         clip: weights of shapes, matched by name; lost frames are at rest.
         counts: extremes per layer.
         training: the take whose frames are the extremes; the performance itself if None.
-        frames: only the first so many, if not None.
     """
     moving = np.flatnonzero(np.linalg.norm(rig.blendshapes.deltas, axis=2).max(axis=0) > 1e-3)
     rows = moving[spread(rig.neutral.vertices[moving], POINTS)]
     whole = natural_regions(layers_of_rig(rig))
     regions = Labels(whole.names, whole.of[rows])
-    weights = _weights(rig, clip)[:frames]
+    weights = _weights(rig, clip)
     moved = _seen(rig, weights, rows, 2)
     shown = moved if training is None else _seen(rig, _weights(rig, training), rows, 3)
     picks = choose_extremes(shown, regions, counts)
@@ -103,20 +103,22 @@ def performance(
 
 
 def performances(folder: Path, quick: bool) -> list[Performance]:
-    """Return the real takes: an adult, people of ICT's identities, and two of speech alone."""
-    frames = 300 if quick else None
+    """Return the real takes: an adult, people of ICT's identities, and two of speech alone; the first two if quick."""
     acted = folder / "clips" / "adult_plays_S07.glb"
-    made = [performance("adult, S07-001", actor(folder, "adult"), read_clip(acted), frames=frames)]
-    for person, name in (("p1", "S07-001"), ("p2", "apfel"), ("p3", "alex_rom_3")):
-        made.append(performance(f"{person}, {name}", actor(folder, person), take(folder, name), frames=frames))
+    made = [
+        performance("adult, S07-001", actor(folder, "adult"), read_clip(acted)),
+        performance("p1, S07-001", actor(folder, "p1"), take(folder, "S07-001")),
+    ]
+    if quick:
+        return made
+    for person, name in (("p2", "apfel"), ("p3", "alex_rom_3")):
+        made.append(performance(f"{person}, {name}", actor(folder, person), take(folder, name)))
     rom = take(folder, "alex_rom_3")
     for person, name in (("p1", "S07-001"), ("p2", "apfel")):
-        clip = take(folder, name)
         label = f"{person}, {name}, extremes of alex_rom_3"
-        made.append(performance(label, actor(folder, person), clip, training=rom, frames=frames))
-    without = {"emotion": COUNTS["emotion"], "speech": COUNTS["speech"]}
+        made.append(performance(label, actor(folder, person), take(folder, name), training=rom))
     for name in SPOKEN:
-        made.append(performance(f"p4, {name}", actor(folder, "p4"), spoken(folder, name), without, frames=frames))
+        made.append(performance(f"p4, {name}", actor(folder, "p4"), spoken(folder, name), WITHOUT_BLINK))
     return made
 
 

@@ -90,5 +90,4 @@ BABBLE = tuple(
 
 def babble() -> Clip:
     """Return `BABBLE` as weights of the actor's extremes."""
-    script = acted(BABBLE, 6.2)
-    return Clip(cast("actor").blendshapes.names, script.channels_or_zero(cast("actor").blendshapes.names), script.fps)
+    return scripted(acted(BABBLE, 6.2), cast("actor").blendshapes)

@@ -15,7 +15,7 @@ from mien.core import Anatomy, Cluster, Muscle, Rig, Skeleton
 from mien.core.arrays import Floats
 from mien.geometry.muscles import fibre_length
 from mien.rigging.attributes import Carrier
-from mien.rigging.lids import clear_of, closing_line
+from mien.rigging.lids import Lids
 from mien.rigging.structure import Structure
 
 AT_JOINT = 1e-3
@@ -48,18 +48,31 @@ def carried_anatomy(generic: Rig, structure: Structure, skeleton: Skeleton | Non
 
 def _muscle(muscle: Muscle, generic: Rig, structure: Structure, skeleton: Skeleton | None, carrier: Carrier) -> Muscle:
     fibre, growth = structure.line(muscle.fibre), structure.growth(muscle.weights)
-    pivot = None if muscle.pivot is None else _pivot(muscle.pivot, generic, structure, skeleton)
     wanted = muscle.shortening * growth * fibre_length(muscle.fibre) / max(fibre_length(fibre), 1e-300)
-    return replace(
+    moved = replace(
         muscle,
         fibre=fibre,
         weights=carrier.shares(muscle.weights),
         frame=structure.frame(muscle.frame),
         scale=muscle.scale * growth,
         shortening=min(wanted, max(SHORTEST, muscle.shortening)),
-        seam=None if muscle.seam is None else _seam(muscle, generic, structure, carrier, pivot),
-        pivot=pivot,
+        seam=None if muscle.seam is None else structure.line(muscle.seam),
+        pivot=None if muscle.pivot is None else _pivot(muscle.pivot, generic, structure, skeleton),
     )
+    return moved if moved.pivot is None else _lid(moved, muscle, generic, structure, carrier)
+
+
+def _lid(moved: Muscle, muscle: Muscle, generic: Rig, structure: Structure, carrier: Carrier) -> Muscle:
+    """Let a muscle that closes a lid close the face's own."""
+    assert generic.anatomy is not None
+    assert moved.pivot is not None
+    fit = carrier.fit
+    lids = Lids.of(muscle, generic.anatomy.muscles, fit, structure, carrier.parts, moved.pivot)
+    if lids is None:
+        return moved
+    skin, weights = np.flatnonzero(fit.target_skin), np.array(moved.weights)
+    weights[skin] = lids.filled(fit.target.vertices[skin], weights[skin])
+    return replace(moved, seam=lids.seam, weights=weights)
 
 
 def _cluster(cluster: Cluster, structure: Structure, carrier: Carrier) -> Cluster:
@@ -79,15 +92,3 @@ def _pivot(pivot: Floats, generic: Rig, structure: Structure, skeleton: Skeleton
         if apart[joint] <= AT_JOINT * structure.reach:
             return np.asarray(skeleton.rest[joint, :3, 3])
     return np.asarray(structure.warp(pivot[None])[0])
-
-
-def _seam(muscle: Muscle, generic: Rig, structure: Structure, carrier: Carrier, pivot: Floats | None) -> Floats:
-    """Carry the line on which a ring closes; over an eye, lids meet outside of the eyeball."""
-    assert muscle.seam is not None
-    assert generic.anatomy is not None
-    if pivot is None:
-        return structure.line(muscle.seam)
-    found = closing_line(muscle, generic.anatomy.muscles, carrier.fit, structure, pivot)
-    if found is None:
-        return structure.line(muscle.seam)
-    return clear_of(found, carrier.parts, pivot)

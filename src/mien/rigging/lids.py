@@ -2,11 +2,14 @@
 
 The line on which two lids close is no part of the skin; it lies in the open eye.  What
 is known of it is where it is between the lids' edges, as a share of the way around the
-ball, and the edges themselves lie on the face.
+ball, and how far off the ball.  And a face's own edges may reach farther into the open
+eye than the edges that were laid on it: they follow the muscles fully too, or a slit
+would stay.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -23,17 +26,19 @@ FULLY = 0.99
 DEGREE = 5
 """How the line was moved is smoothed to a polynomial of this degree in the way from corner to corner of the eye."""
 OVER = 0.01
-"""Closed lids stay this far off the ball, as a share of its radius …"""
-AROUND = 1.4
-"""… no farther from its centre than this many times the lids …"""
-CORNER = 0.16
-"""… but for the corners of the eye, which lie deeper: so much of the seam, and as much again in between …"""
+"""Closed lids stay this far off the eyeball, as a share of its radius …"""
 BESIDE = 0.92
-"""… and so much of the ball is looked at beneath each of their places: the cosine to its border."""
+"""… and so much of it is looked at beneath each of their places: the cosine to its border …"""
+CORNER = 0.16
+"""… but for the corners of the eye, which lie deeper: so much of the seam, and as much again in between."""
+ON_BALL = (0.85, 1.3)
+"""Skin in the open eye is lid if its distance from the centre is between these shares of the eyeball's radius."""
+FEWEST = 12
+"""With fewer vertices nothing is known about an eyeball."""
 
 
 class Edge(NamedTuple):
-    """A lid's edge: how far along the seam each vertex is, and where it is on the source and on the target."""
+    """A lid's edge from corner to corner: how far along the seam, and where it is on the source and on the target."""
 
     along: Floats
     source: Floats
@@ -41,74 +46,112 @@ class Edge(NamedTuple):
 
     def at(self, along: Floats) -> tuple[Floats, Floats]:
         """Return the places this far along, on the source and on the target."""
-        here, there = (
-            np.stack([np.interp(along, self.along, places[:, axis]) for axis in range(3)], axis=1)
-            for places in (self.source, self.target)
-        )
-        return here, there
+        return _between(self.along, self.source, along), _between(self.along, self.target, along)
 
 
-def closing_line(
-    muscle: Muscle, muscles: tuple[Muscle, ...], fit: DenseFit, structure: Structure, pivot: Floats
-) -> Floats | None:
-    """Return the `(S, 3)` seam on the target of a muscle that closes a lid around a ball, None if it closes none.
+@dataclass(frozen=True, eq=False)
+class Lids:
+    """Two lids on another face.
 
-    Args:
-        muscle: a ring over a ball.
-        muscles: all of the rig's; the one that closes onto the same seam moves the other lid.
-        fit: the correspondence.
-        structure: the warp of what lies under the skin.
-        pivot: the ball's centre on the target.
+    Attributes:
+        seam: `(S, 3)` where they meet there.
+        pivot: `(3,)` the centre of the ball they slide over.
+        radius: of the ball.
+        own, other: `(S, 3)` where the edge of the lid that is asked about, and of the other one, lie there.
     """
-    seam, centre = muscle.seam, muscle.pivot
-    if seam is None or centre is None:
-        return None
-    pair = [m for m in muscles if m.seam is not None and m.pivot is not None and np.array_equal(m.seam, seam)]
-    edges = [_edge(one, fit) for one in pair]
-    if len(edges) != 2 or min(len(edge.along) for edge in edges) < 4:
-        return None
-    along = (seam - seam[0]) @ unit(seam[-1] - seam[0])
-    (upper, above), (lower, below) = (edge.at(along) for edge in edges)
-    share = _share(upper, lower, seam, centre)
-    here = upper + drawn(upper, lower, share, centre)
-    there = above + drawn(above, below, share, pivot)
-    # how the seam lay off the edges' way is kept, so that a face laid on itself keeps its seam
-    turn, scale = structure.around(centre)
-    off = scale * (seam - here) @ turn.T
-    plain = scale * (seam - seam[0]) @ turn.T
-    basis = np.polynomial.legendre.legvander(2 * (along - along[0]) / (along[-1] - along[0]) - 1, DEGREE)
-    return np.asarray(plain + basis @ np.linalg.lstsq(basis, there + off - plain, rcond=None)[0])
+
+    seam: Floats
+    pivot: Floats
+    radius: float
+    own: Floats
+    other: Floats
+
+    @classmethod
+    def of(
+        cls,
+        muscle: Muscle,
+        muscles: tuple[Muscle, ...],
+        fit: DenseFit,
+        structure: Structure,
+        parts: Floats,
+        pivot: Floats,
+    ) -> Lids | None:
+        """Find the lids of a muscle that closes one of them around a ball; None if it closes none.
+
+        Args:
+            muscle: a ring over a ball.
+            muscles: all of the rig's; the one that closes onto the same seam moves the other lid.
+            fit: the correspondence.
+            structure: the warp of what lies under the skin.
+            parts: `(P, 3)` vertices of the target that are not skin.
+            pivot: the ball's centre on the target.
+        """
+        seam, centre = muscle.seam, muscle.pivot
+        if seam is None or centre is None:
+            return None
+        others = [m for m in muscles if m is not muscle and m.seam is not None and np.array_equal(m.seam, seam)]
+        if len(others) != 1:
+            return None
+        own, other = _edge(muscle, seam, fit), _edge(others[0], seam, fit)
+        if min(len(own.along), len(other.along)) < 4:
+            return None
+        along = (seam - seam[0]) @ unit(seam[-1] - seam[0])
+        (here_own, there_own), (here_other, there_other) = own.at(along), other.at(along)
+        share = _share(here_own, here_other, seam, centre)
+        here = here_own + drawn(here_own, here_other, share, centre)
+        there = there_own + drawn(there_own, there_other, share, pivot)
+        # what the seam is off the edges' way is kept, so that a face laid on itself keeps its seam
+        turn, scale = structure.around(centre)
+        plain = scale * (seam - seam[0]) @ turn.T
+        basis = np.polynomial.legendre.legvander(2 * (along - along[0]) / (along[-1] - along[0]) - 1, DEGREE)
+        goal = there + scale * (seam - here) @ turn.T - plain
+        line = plain + basis @ np.linalg.lstsq(basis, goal, rcond=None)[0]
+        ball, grown = _radius(fit.source.vertices[~fit.source_skin], here, centre), _radius(parts, there, pivot)
+        if ball is not None and grown is not None:
+            off = np.linalg.norm(seam - centre, axis=1) * grown / ball
+            line = _clear_of(pivot + off[:, None] * unit(line - pivot), parts, pivot, grown)
+        radius = grown if grown is not None else float(np.median(np.linalg.norm(line - pivot, axis=1)))
+        return cls(line, pivot, radius, there_own, there_other)
+
+    def filled(self, points: Floats, weights: Floats) -> Floats:
+        """Return the muscle's weights `(N,)`, full on what reaches beyond the lid's edge into the open eye.
+
+        Args:
+            points: `(N, 3)` the target's skin.
+            weights: as they were carried; beyond the other lid's edge they become 0.
+        """
+        way = unit(self.seam[-1] - self.seam[0])
+        walked, along = np.maximum.accumulate((self.seam - self.seam[0]) @ way), (points - self.seam[0]) @ way
+        arms = points - self.pivot
+        far = np.linalg.norm(arms, axis=1) / self.radius
+        near = np.flatnonzero((far > ON_BALL[0]) & (far < ON_BALL[1]) & (along > 0) & (along < walked[-1]))
+        seam, own, other = (unit(_between(walked, line - self.pivot, along[near])) for line in self._lines)
+        here = unit(arms[near])
+        above = ((here - seam) * (own - other)).sum(axis=1) > 0
+        edge = np.where(above[:, None], own, other)
+        inside = (here * seam).sum(axis=1) > (edge * seam).sum(axis=1) + 1e-9
+        result = np.array(weights)
+        result[near[inside]] = above[inside]
+        return result
+
+    @property
+    def _lines(self) -> tuple[Floats, Floats, Floats]:
+        return self.seam, self.own, self.other
 
 
-def clear_of(seam: Floats, parts: Floats, pivot: Floats) -> Floats:
-    """Return a seam `(S, 3)` that lies outside of the eyeball, a bulging cornea included.
-
-    Args:
-        seam: the line on which lids meet.
-        parts: `(E, 3)` vertices of what is not skin; what is far from the ball does not count.
-        pivot: the ball's centre.
-    """
-    arms, own = seam - pivot, parts - pivot
-    height = np.linalg.norm(own, axis=1)
-    height = np.where(height < AROUND * np.linalg.norm(arms, axis=1).mean(), height, 0)
-    beneath = unit(arms) @ unit(own).T > BESIDE
-    least = (1 + OVER) * np.where(beneath, height, 0).max(axis=1, initial=0.0)
-    length = np.linalg.norm(arms, axis=1)
-    along = np.linspace(0, 1, len(seam))
-    inward = np.clip((np.minimum(along, 1 - along) - CORNER) / CORNER, 0, 1)
-    return np.asarray(pivot + (1 + inward * (np.maximum(1, least / length) - 1))[:, None] * arms)
-
-
-def _edge(muscle: Muscle, fit: DenseFit) -> Edge:
+def _edge(muscle: Muscle, seam: Floats, fit: DenseFit) -> Edge:
     """Return the edge of the lid that a muscle closes, with the corners of the eye at its ends."""
-    assert muscle.seam is not None
-    edge = np.flatnonzero((muscle.weights >= FULLY) & fit.paired)
-    skin = np.flatnonzero(fit.paired)
-    corners = [int(skin[((fit.source.vertices[skin] - end) ** 2).sum(axis=1).argmin()]) for end in muscle.seam[[0, -1]]]
+    edge, skin = np.flatnonzero((muscle.weights >= FULLY) & fit.paired), np.flatnonzero(fit.paired)
+    corners = [int(skin[((fit.source.vertices[skin] - end) ** 2).sum(axis=1).argmin()]) for end in seam[[0, -1]]]
     ids: Ints = np.unique(np.concatenate([edge, corners]))
-    along = (fit.source.vertices[ids] - muscle.seam[0]) @ unit(muscle.seam[-1] - muscle.seam[0])
+    along = (fit.source.vertices[ids] - seam[0]) @ unit(seam[-1] - seam[0])
     order = np.argsort(along, kind="stable")
     return Edge(along[order], fit.source.vertices[ids[order]], fit.stuck[ids[order]])
+
+
+def _between(along: Floats, places: Floats, wanted: Floats) -> Floats:
+    """Return the points of a line `(P, 3)` that are this far along it."""
+    return np.stack([np.interp(wanted, along, places[:, axis]) for axis in range(3)], axis=1)
 
 
 def _share(start: Floats, end: Floats, places: Floats, pivot: Floats) -> Floats:
@@ -117,3 +160,23 @@ def _share(start: Floats, end: Floats, places: Floats, pivot: Floats) -> Floats:
     whole = np.arccos(np.clip((a * b).sum(axis=1), -1, 1))
     first = np.arccos(np.clip((a * p).sum(axis=1), -1, 1))
     return np.asarray(np.clip(np.divide(first, whole, out=np.full(len(whole), 0.5), where=whole > 1e-6), 0, 1))
+
+
+def _radius(parts: Floats, edge: Floats, pivot: Floats) -> float | None:
+    """Return the radius of the eyeball around a pivot, beneath a lid's edge; None if there is none."""
+    height = np.linalg.norm(parts - pivot, axis=1)
+    height = height[height < ON_BALL[1] * np.median(np.linalg.norm(edge - pivot, axis=1))]
+    return float(np.median(height)) if len(height) >= FEWEST else None
+
+
+def _clear_of(seam: Floats, parts: Floats, pivot: Floats, radius: float) -> Floats:
+    """Return a seam `(S, 3)` that lies outside of the eyeball, a bulging cornea included."""
+    arms, own = seam - pivot, parts - pivot
+    height = np.linalg.norm(own, axis=1)
+    own, height = own[height < ON_BALL[1] * radius], height[height < ON_BALL[1] * radius]
+    beneath = unit(arms) @ unit(own).T > BESIDE
+    least = (1 + OVER) * np.where(beneath, height, 0).max(axis=1, initial=0.0)
+    along = np.linspace(0, 1, len(seam))
+    inward = np.clip((np.minimum(along, 1 - along) - CORNER) / CORNER, 0, 1)
+    raised = np.maximum(1, least / np.linalg.norm(arms, axis=1)) - 1
+    return np.asarray(pivot + (1 + inward * raised)[:, None] * arms)
