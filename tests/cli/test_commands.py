@@ -20,7 +20,7 @@ from tests.job.small_files import FRAMES, NAMES, SmallFiles, write_small_files
 from tests.retargeting.actors import SHAPES
 
 COMMANDS = sorted(typer.main.get_command(app).commands)  # type: ignore[attr-defined]
-DOCUMENTED = {"retarget", "pairs", "inspect", "convert", "render", "methods", "demo"}
+DOCUMENTED = {"retarget", "rig", "pairs", "inspect", "convert", "render", "methods", "demo"}
 
 
 @pytest.fixture
@@ -230,7 +230,10 @@ def test_the_demonstration_writes_what_it_names(tmp_path: Path) -> None:
     done = mien("demo", "--out", out, "--no-film")
     assert (done.code, "Traceback" in done.err) == (0, False)
     named = {line.strip() for line in done.out.split("Look at:")[1].splitlines() if line.strip()}
-    assert named == {str(out / name) for name in ("report.html", "sheet.png", "animated.glb", "weights.csv")}
+    main_job = {"report.html", "sheet.png", "animated.glb", "weights.csv"}
+    rigged = {"goat_rigged.glb", "goat_rigged.png"}
+    spoken = {"sentence.png", "globe_speaks.glb", "radio_speaks.glb"}
+    assert named == {str(out / name) for name in main_job | rigged | spoken}
     assert all(Path(name).stat().st_size > 1000 for name in named)
     assert mien("demo", "--out", out / "weights.csv").code == 1
 

@@ -11,17 +11,16 @@ import pytest
 from mien.core import Clip, Examples, InputError
 from mien.retargeting.few_labels import Latent
 from mien.retargeting.labelled import capture_noise, unlabelled
-from mien.retargeting.latent.method import Sgplvm
 from mien.retargeting.latent.model import LatentModel
 from mien.retargeting.regions import ApartModel
 from mien.retargeting.regression import RidgeModel
-from mien.retargeting.regression.methods import CrossMapping, Gpr, Ridge, Svr
+from mien.retargeting.regression.methods import Ridge
 from mien.retargeting.samples import samples
 from mien.retargeting.saved import packed, unpacked
 from tests.retargeting.actors import SHAPES, capture, clip_of, face, pairs_of, points_on, weights
 
 QUICK = LatentModel(floor=1e-3, beginning="principal", iterations=60)
-METHODS = [Latent(model=QUICK), Sgplvm(model=replace(QUICK, unlabelled=False)), Ridge(), Gpr(), Svr(), CrossMapping()]
+METHODS = [Latent(model=QUICK), Ridge()]
 
 
 def labels(count: int = 24) -> Examples:

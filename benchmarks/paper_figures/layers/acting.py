@@ -7,14 +7,16 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import cKDTree
 
-from benchmarks.paper_figures.layers.talking import CAST, babble, cast, fitted, seen, sentence
+from benchmarks.paper_figures.layers.talking import CAST, FEELINGS, SAYING, babble, cast, fitted, seen, sentence
 from benchmarks.report import Row
 from mien.core import Clip, Rig
 from mien.core.arrays import Floats
 from mien.library.expressions.scripts import SENTENCE
 from mien.look.movie import sampled, write_movie
 from mien.look.portrait import Portrait, frame_clip
-from mien.look.sheet import Labelled, Row as Strip, save_png, sheet
+from mien.look.sheet import Labelled, save_png, sheet
+from mien.look.sheet import Row as Strip
+from mien.retargeting.layers import split_clip, split_rig
 
 FRAMES = (0, 33, 42, 55, 80, 98, 135, 175, 215, 260, 300)
 """At rest, w-o-w, blink, I, idea, you, that, a smile that blinks."""
@@ -54,58 +56,70 @@ def film(folder: Path, quick: bool) -> None:
 
 
 def closure_rows(folder: Path) -> list[Row]:
-    """Measure how far the mouths are open at /p/ and at /a/, without and with feelings, and picture it in `closed.png`."""
-    script = babble()
-    shut, wide = (script.channels([name])[:, 0] > least for name, least in (("viseme_PP", 0.95), ("viseme_aa", 0.75)))
-    feeling = {"none": (0, 120), "joy": (135, 240), "surprise": (255, 360)}
-    clips = actings(script)
+    """Measure how far mouths are open at /p/ and at /a/, with each feeling, and picture them in `closed.png`."""
+    rig, clip, said = babble()
+    rigs = {"actor": rig} | {name: cast(name) for name in CAST[1:]}
+    clips, split = {"actor": clip}, {"actor": (rig, clip)}
+    for name in CAST[1:]:
+        retargeter, markers = fitted(name), seen(clip, rig)
+        clips[name] = retargeter.retarget(markers)[0]
+        exact = split_rig(cast(name), retargeter.character)
+        played = split_clip(retargeter.character, retargeter.layers(markers))
+        split[name] = exact, Clip(exact.blendshapes.names, played.channels(exact.blendshapes.names), played.fps)
+    feeling = np.minimum((np.arange(len(said)) / said.fps / SAYING).astype(int), len(FEELINGS) - 1)
+    sounds = {"/p/": said.channels(["viseme_PP"])[:, 0] > 0.999, "/a/": said.channels(["viseme_aa"])[:, 0] > 0.999}
+    sounds["/p/"] &= said.channels(["viseme_aa"])[:, 0] == 0
+    sounds["/a/"] &= said.channels(["viseme_PP"])[:, 0] == 0
     rows: list[Row] = []
-    for name, clip in clips.items():
-        gaps = np.stack([gap_mm(cast(name), weights) for weights in clip.values])
-        for felt, (begin, end) in feeling.items():
-            inside = (np.arange(len(gaps)) >= begin) & (np.arange(len(gaps)) < end)
+    for name, shown_clip in clips.items():
+        gaps = np.array([gap_mm(rigs[name], weights) for weights in shown_clip.values])
+        own = gap_mm(cast(name), _own(cast(name), "viseme_PP"))
+        for k, felt in enumerate(FEELINGS):
+            shut, wide = (gaps[mask & (feeling == k)] for mask in sounds.values())
+            exact, played = split[name]
+            frames = np.flatnonzero(sounds["/p/"] & (feeling == k))
             rows.append(
                 {
                     "character": name,
                     "feeling": felt,
-                    "gap at /p/ mm": float(gaps[inside & shut].mean()),
-                    "most": float(gaps[inside & shut].max()),
-                    "gap at /a/ mm": float(gaps[inside & wide].mean()),
-                    "gap of its own /p/ mm": float(gap_mm(cast(name), _own(cast(name), "viseme_PP"))),
+                    "gap at /p/ mm": float(shut.mean()),
+                    "most": float(shut.max()),
+                    "with --split": float(np.mean([_open(cast(name), exact.pose(played.values[f])) for f in frames])),
+                    "gap at /a/ mm": float(wide.mean()),
+                    "of its own /p/ mm": own,
                 }
             )
-    frames = [
-        int(np.flatnonzero(mask & (np.arange(len(shut)) >= begin))[2])
-        for begin, _ in feeling.values()
-        for mask in (shut, wide)
+    shown = [
+        (f"{sound}, {felt}", int(np.flatnonzero(mask & (feeling == k))[-1]))
+        for k, felt in enumerate(FEELINGS)
+        for sound, mask in sounds.items()
     ]
-    words = [f"{sound}, {felt}" for felt in feeling for sound in ("/p/", "/a/")]
     strips = []
-    for name, clip in clips.items():
-        sitter = Portrait.of(cast(name), size=(200, 200), camera=frame_clip(cast(name), clip))
-        strips.append(
-            Strip(name, tuple(Labelled(sitter.picture(clip.values[f]), w) for f, w in zip(frames, words, strict=True)))
-        )
-    save_png(folder / "closed.png", sheet(strips, "/pa/ without feeling, with joy, with surprise"))
+    for name, played in clips.items():
+        sitter = Portrait.of(rigs[name], size=(200, 200), camera=frame_clip(rigs[name], played))
+        strips.append(Strip(name, tuple(Labelled(sitter.picture(played.values[f]), label) for label, f in shown)))
+    save_png(folder / "closed.png", sheet(strips, "/pa/ with three feelings"))
     return rows
 
 
 def gap_mm(rig: Rig, weights: Floats) -> float:
-    """Return how far a mouth is open: between the inner lips, over all mouths, or how far the door stands off its own /p/."""
-    vertices, groups = rig.pose(weights), rig.neutral.groups
+    """Return how far the mouth of a posed rig is open [mm], see `_open`."""
+    return _open(rig, rig.pose(weights))
+
+
+def _open(rig: Rig, vertices: Floats) -> float:
+    """Return the mean distance of the inner lips over all mouths; or how much the door is deformed against its own /p/ [mm]."""
+    groups = rig.neutral.groups
     if "door" in groups:
-        shut = (
-            rig.blendshapes.deltas[rig.blendshapes.index("viseme_PP")][groups["door"]]
-            + rig.neutral.vertices[groups["door"]]
-        )
-        off = vertices[groups["door"]] - shut
+        door, shape = groups["door"], rig.blendshapes.deltas[rig.blendshapes.index("viseme_PP")]
+        off = vertices[door] - rig.neutral.vertices[door] - shape[door]
         return float(1000 * np.linalg.norm(off - off.mean(axis=0), axis=1).max())
-    mouths = [(groups[n], groups[n.replace("upper", "lower")]) for n in groups if n.startswith("upper_lip_")]
     if "sea" in groups:
+        mouths = [(ids, groups[name.replace("upper", "lower")]) for name, ids in groups.items() if "upper_lip_" in name]
         return float(1000 * np.mean([cKDTree(vertices[low]).query(vertices[up])[0].mean() for up, low in mouths]))
     pairs = [(rig.landmarks[a].of(vertices)[0], rig.landmarks[b].of(vertices)[0]) for a, b in INNER_LIPS]
     return float(1000 * np.mean([np.linalg.norm(a - b) for a, b in pairs]))
 
 
 def _own(rig: Rig, extreme: str) -> Floats:
-    return np.eye(len(rig.blendshapes))[rig.blendshapes.index(extreme)]
+    return np.asarray(np.eye(len(rig.blendshapes))[rig.blendshapes.index(extreme)])

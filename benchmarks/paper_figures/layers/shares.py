@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from benchmarks.paper_figures.layers.performances import SPOKEN, Performance, spoken, studio
 from benchmarks.paper_figures.layers.reconstruction import COLOURS, INK
-from benchmarks.paper_figures.layers.talking import fitted, seen, sentence
+from benchmarks.paper_figures.layers.talking import arkit_actor, fitted, seen, sentence
 from benchmarks.report import Row
 from mien.core import Clip, Markers
 from mien.core.arrays import Floats
@@ -29,21 +29,25 @@ LIPS = {
     "jaw open": ("mouth_stretch_c",),
 }
 """The studio's shapes that say how the lips are held."""
+LEAST = 0.05
+"""Shapes that stay below this are not used."""
 ROUND = ("viseme_O", "viseme_U", "viseme_RR")
 
 
 def weight_plot(take: Performance, folder: Path, frames: int = 300) -> None:
-    """Picture the weights of a take's first seconds above the frames they belong to: `figure7.png`."""
-    found = take.decomposer().decompose(take.moved[:frames], take.fps)
-    chosen = telling_frames(take.weights[:frames], 8)
+    """Picture the weights over the frames of a take that move the most, below some of these: `figure7.png`."""
+    effort = np.abs(np.diff(take.weights, axis=0)).sum(axis=1)
+    begin = int(np.argmax(np.convolve(effort, np.ones(frames), "valid")))
+    found = take.decomposer().decompose(take.moved[begin : begin + frames], take.fps)
+    chosen = telling_frames(take.weights[begin : begin + frames], 8)
     sitter = Portrait.of(take.rig, size=(180, 180))
     figure = Figure(figsize=(11, 6.2), layout="constrained")
     FigureCanvasAgg(figure)
     grid = figure.add_gridspec(4, len(chosen), height_ratios=[1.6, 1, 1, 1])
     for column, frame in enumerate(chosen):
         axes = figure.add_subplot(grid[0, column])
-        axes.imshow(sitter.picture(take.weights[frame]))
-        axes.set_title(f"frame {frame}", fontsize=8, color=INK)
+        axes.imshow(sitter.picture(take.weights[begin + frame]))
+        axes.set_title(f"frame {begin + frame}", fontsize=8, color=INK)
         axes.axis("off")
     for row, region in enumerate(take.face.regions.names, start=1):
         axes = figure.add_subplot(grid[row, :])
@@ -53,6 +57,7 @@ def weight_plot(take: Performance, folder: Path, frames: int = 300) -> None:
         )
         for frame in chosen:
             axes.axvline(frame, color="white", linewidth=0.8)
+        axes.set_xticks(chosen, [str(begin + frame) for frame in chosen])
         axes.set(xlim=(0, len(found.weights) - 1), ylim=(0, 1), yticks=(0, 1))
         axes.set_ylabel(region, fontsize=8, color=INK)
         axes.tick_params(labelsize=7, colors=INK)
@@ -69,15 +74,16 @@ def speech_rows(folder: Path | None) -> list[Row]:
     come without their sound); on the built-in sentence the script does.
     """
     rows: list[Row] = []
-    for closure in (None, 1.0):
+    for closure in (0.0, None, 1.0):
         speaker = fitted("actor", closure)
         for name in SPOKEN if folder is not None else ():
             assert folder is not None
             clip = spoken(folder, name)
-            weight = _mouth(speaker, seen(_arkit(clip), arkit=True))
+            weight = _mouth(speaker, seen(_arkit(clip), arkit_actor()))
             for kind, group in LIPS.items():
                 level = studio(folder, name, (group,))[:, 0]
-                rows.append(_row(name, closure, kind, weight, level, float(np.quantile(level, 0.75))))
+                if level.max() > LEAST:
+                    rows.append(_row(name, closure, kind, weight, level, max(LEAST, float(np.quantile(level, 0.75)))))
         script = sentence()
         weight = _mouth(speaker, seen(script))
         for kind, names in (("rounded", ROUND), ("any viseme", tuple(VISEMES))):

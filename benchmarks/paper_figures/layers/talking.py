@@ -12,11 +12,10 @@ from mien.core import Clip, Correspondence, Examples, Markers, Rig
 from mien.job.layers import own_points
 from mien.library.cast import EXTREMES, cast_member
 from mien.library.characters import globe, radio
-from mien.library.expressions.scripts import Cue
+from mien.library.expressions.scripts import SCRIPTS, Cue
 from mien.library.expressions.scripts import scripted as acted
-from mien.library.generic import generic_rig
 from mien.retargeting import make_method
-from mien.retargeting.layers import LayeredRetargeter, table_of
+from mien.retargeting.layers import LayeredRetargeter, layer_clip, rig_face, split_clip, split_rig, table_of
 from mien.rigging.baking import scripted
 from mien.vocabularies.arkit import ARKIT_NAMES
 
@@ -38,9 +37,14 @@ def points() -> Correspondence:
     return own_points(cast("actor"), None, COUNT)
 
 
-def seen(clip: Clip, arkit: bool = False) -> Markers:
-    """Return the actor's points while it plays a clip of its extremes, or of ARKit's shapes."""
-    rig = cast_member("actor", tuple(ARKIT_NAMES)) if arkit else cast("actor")
+def arkit_actor() -> Rig:
+    """Return the actor with ARKit's shapes."""
+    return cast_member("actor", tuple(ARKIT_NAMES))
+
+
+def seen(clip: Clip, rig: Rig | None = None) -> Markers:
+    """Return the actor's points while it plays a clip of its extremes, or of a rig's shapes on the same vertices."""
+    rig = rig or cast("actor")
     source = points().source
     assert source is not None
     return trace(rig, clip, source, points().names)
@@ -73,21 +77,44 @@ def fitted(character: str, closure: float | None = None) -> LayeredRetargeter:
 
 def sentence() -> Clip:
     """Return the built-in sentence as weights of the actor's extremes."""
-    return scripted(generic_rig().anatomy.scripts["sentence"], cast("actor").blendshapes)
+    return scripted(SCRIPTS["sentence"], cast("actor").blendshapes)
 
 
-BABBLE = tuple(
+FEELINGS = ("neutral", "joy", "surprise")
+SAYING = 2.0
+"""Seconds that each feeling lasts."""
+_SOUNDS = tuple(
     cue
-    for start, feeling in ((0.0, None), (2.0, "joy"), (4.0, "surprise"))
+    for start in np.arange(0.0, SAYING * len(FEELINGS), 0.5)
     for cue in (
-        *(Cue("viseme_PP", start + 0.5 * i + 0.1, start + 0.5 * i + 0.34, 1.0, 0.08) for i in range(4)),
-        *(Cue("viseme_aa", start + 0.5 * i + 0.3, start + 0.5 * i + 0.6, 0.8, 0.1) for i in range(4)),
-        *((Cue(feeling, start, start + 2.0, 0.5, 0.3),) if feeling else ()),
+        Cue("viseme_PP", start + 0.06, start + 0.34, 1.0, 0.08),
+        Cue("viseme_aa", start + 0.24, start + 0.56, 1.0, 0.1),
     )
 )
-"""/pa/ twelve times: without feeling, with joy, with surprise."""
 
 
-def babble() -> Clip:
-    """Return `BABBLE` as weights of the actor's extremes."""
-    return scripted(acted(BABBLE, 6.2), cast("actor").blendshapes)
+def babble() -> tuple[Rig, Clip, Clip]:
+    """Let the actor say /pa/ four times with each feeling, its lips closing fully.
+
+    Returns:
+        The actor with a shape per extreme and region, weights of those, and the weights of `viseme_PP`
+        and `viseme_aa` over time.
+    """
+    said = acted(_SOUNDS, SAYING * len(FEELINGS))
+    face = rig_face(cast("actor"))
+    spoken = said.values.sum(axis=1).clip(0, 1)
+    weights = np.zeros((len(said), len(face.regions.names), len(face.layers)))
+    weights[:, :, face.layer("emotion")] = 1.0
+    mouth = face.regions.names.index("mouth")
+    weights[:, mouth, face.layer("speech")], weights[:, mouth, face.layer("emotion")] = spoken, 1 - spoken
+    shares = np.zeros((len(said), len(face.extremes)))
+    feeling = np.minimum((np.arange(len(said)) / said.fps / SAYING).astype(int), len(FEELINGS) - 1)
+    for k, name in enumerate(FEELINGS):
+        shares[:, face.extremes.index(f"emotion.{name}")] = feeling == k
+    total = np.maximum(said.values.sum(axis=1), 1e-9)
+    for name, level in zip(said.names, said.values.T, strict=True):
+        shares[:, face.extremes.index(f"speech.{name}")] = np.where(total > 1e-6, level / total, said.names[0] == name)
+    shares[:, face.extremes.index("blink.blink_open")] = 1.0
+    rig = split_rig(cast("actor"), face)
+    clip = split_clip(face, layer_clip(face, weights, shares, said.fps))
+    return rig, Clip(rig.blendshapes.names, clip.channels(rig.blendshapes.names), clip.fps), said

@@ -65,20 +65,24 @@ def unpacked_examples(header: Mapping[str, Any], arrays: Mapping[str, NDArray[An
     if isinstance(fitted.learnt, LearntLatent):
         _check_observer(fitted.learnt.source, size)
         _check_observer(fitted.learnt.target, len(fitted.names))
-    values = fitted.retarget(_at_rest(fitted))[0].values
-    if values.shape != (1, len(fitted.names)) or not np.isfinite(values).all():
+    values = fitted.retarget(_trial(fitted))[0].values
+    if values.shape != (2, len(fitted.names)) or not np.isfinite(values).all():
         raise ValueError("the model does not map a frame to its parameters")
     if hasattr(fitted.learnt, "complete"):
         fitted.complete({fitted.names[0]: 0.0})
     return fitted
 
 
-def _at_rest(fitted: ExampleRetargeter) -> Markers | Clip:
-    """Return a take of one frame, to try a model that was read."""
+def _trial(fitted: ExampleRetargeter) -> Markers | Clip:
+    """Return a take of two frames to try a model that was read: one at rest, one with a gap."""
     reading = fitted.reading
     if isinstance(reading, MarkerRows):
-        return Markers(reading.names, reading.neutral[None], fitted.fps)
-    return Clip(reading.names, np.zeros((1, len(reading.names))), fitted.fps)
+        points = np.array([reading.neutral, reading.neutral])
+        points[1, 0] = np.nan
+        return Markers(reading.names, points, fitted.fps)
+    values = np.zeros((2, len(reading.names)))
+    values[1, 0] = np.nan
+    return Clip(reading.names, values, fitted.fps)
 
 
 def _check_observer(observer: Observer, size: int) -> None:

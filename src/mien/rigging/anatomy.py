@@ -52,7 +52,7 @@ def _muscle(muscle: Muscle, generic: Rig, structure: Structure, skeleton: Skelet
     moved = replace(
         muscle,
         fibre=fibre,
-        weights=carrier.shares(muscle.weights),
+        weights=carrier.pulls(muscle.weights),
         frame=structure.frame(muscle.frame),
         scale=muscle.scale * growth,
         shortening=min(wanted, max(SHORTEST, muscle.shortening)),
@@ -70,15 +70,15 @@ def _lid(moved: Muscle, muscle: Muscle, generic: Rig, structure: Structure, carr
     lids = Lids.of(muscle, generic.anatomy.muscles, fit, structure, carrier.parts, moved.pivot)
     if lids is None:
         return moved
-    skin, weights = np.flatnonzero(fit.target_skin), np.array(moved.weights)
-    weights[skin] = lids.filled(fit.target.vertices[skin], weights[skin])
+    skin, weights, other = np.flatnonzero(fit.target_skin), np.array(moved.weights), carrier.pulls(lids.partner.weights)
+    weights[skin] = lids.weights(fit.target.vertices[skin], weights[skin], other[skin], carrier.unsure[skin])
     return replace(moved, seam=lids.seam, weights=weights)
 
 
 def _cluster(cluster: Cluster, structure: Structure, carrier: Carrier) -> Cluster:
     return replace(
         cluster,
-        weights=carrier.shares(cluster.weights),
+        weights=carrier.pulls(cluster.weights),
         frame=structure.frame(cluster.frame),
         scale=cluster.scale * structure.growth(cluster.weights),
     )

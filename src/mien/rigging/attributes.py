@@ -8,16 +8,22 @@ part it follows, and what was brought along keeps its own.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy import sparse
 
 from mien.core import Labels, Skin
-from mien.core.arrays import Floats, Ints
+from mien.core.arrays import Flags, Floats, Ints
+from mien.core.units import human_centimetre
+from mien.geometry.surface import exposed, vertex_normals
 from mien.rigging.brought import Brought
 from mien.rigging.dense import DenseFit
 from mien.rigging.parts import Attachment
 from mien.rigging.roughness import Smoothing
+
+FADE_CM = (0.3, 0.8)
+"""Hidden skin follows muscles less and less over these distances from what was laid on it, on a human face."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +69,29 @@ class Carrier:
     def shares(self, values: Floats) -> Floats:
         """Interpolate shares `(Ns,)` between 0 and 1, which they stay."""
         return np.asarray(np.clip(self.values(values), 0.0, 1.0))
+
+    def pulls(self, values: Floats) -> Floats:
+        """Interpolate how fully skin follows a muscle: not at all where it lies hidden and has no counterpart."""
+        shares = self.shares(values)
+        own = shares[: len(self.known)]
+        return np.concatenate([own * np.where(self.fit.target_skin, self.known, 1.0), shares[len(own) :]])
+
+    @cached_property
+    def known(self) -> Floats:
+        """`(Nt,)` from 1 to 0: less where skin that cannot be seen, as in a socket, is far from all that was laid on it."""
+        mesh = self.fit.target
+        first, last = (length * human_centimetre(self.fit.warp(self.fit.warp.centres)) for length in FADE_CM)
+        known = np.clip((last - self.fit.back_distance) / (last - first), 0, 1)
+        doubtful = np.flatnonzero((known < 1) & self.fit.target_skin)
+        normals = vertex_normals(mesh.vertices, mesh.triangles)[doubtful]
+        known[doubtful[exposed(mesh, mesh.vertices[doubtful], normals)]] = 1
+        return np.asarray(known)
+
+    @property
+    def unsure(self) -> Flags:
+        """`(Nt,)` skin that is not where its counterpart was laid, or where that is crumpled."""
+        off = self.fit.back_distance > FADE_CM[0] / 3 * human_centimetre(self.fit.warp(self.fit.warp.centres))
+        return np.asarray(off | (self.smoothing.rough[self.smoothing.point] > 0))
 
     def labels(self, labels: Labels) -> Labels:
         """Give every vertex the label of the source vertex that weighs most in its mean."""

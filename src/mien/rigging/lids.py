@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mien.core import Muscle
-from mien.core.arrays import Floats, Ints
+from mien.core.arrays import Flags, Floats, Ints
 from mien.geometry.muscles import drawn
 from mien.geometry.surface import unit
 from mien.rigging.dense import DenseFit
@@ -56,12 +56,14 @@ class Lids:
     Attributes:
         seam: `(S, 3)` where they meet there.
         pivot: `(3,)` the centre of the ball they slide over.
+        partner: the muscle that closes the other lid.
         radius: of the ball.
         own, other: `(S, 3)` where the edge of the lid that is asked about, and of the other one, lie there.
     """
 
     seam: Floats
     pivot: Floats
+    partner: Muscle
     radius: float
     own: Floats
     other: Floats
@@ -111,26 +113,32 @@ class Lids:
             off = np.linalg.norm(seam - centre, axis=1) * grown / ball
             line = _clear_of(pivot + off[:, None] * unit(line - pivot), parts, pivot, grown)
         radius = grown if grown is not None else float(np.median(np.linalg.norm(line - pivot, axis=1)))
-        return cls(line, pivot, radius, there_own, there_other)
+        return cls(line, pivot, others[0], radius, there_own, there_other)
 
-    def filled(self, points: Floats, weights: Floats) -> Floats:
-        """Return the muscle's weights `(N,)`, full on what reaches beyond the lid's edge into the open eye.
+    def weights(self, points: Floats, own: Floats, other: Floats, unsure: Flags) -> Floats:
+        """Return how fully points follow the muscle of the lid that was asked about.
+
+        What reaches beyond a lid's edge into the open eye follows that lid fully.  Where
+        the correspondence is unsure, a point follows the lid on whose side of the seam it is.
 
         Args:
             points: `(N, 3)` the target's skin.
-            weights: as they were carried; beyond the other lid's edge they become 0.
+            own, other: `(N,)` the weights of both muscles as they were carried.
+            unsure: `(N,)` where these may be of the wrong lid.
         """
         way = unit(self.seam[-1] - self.seam[0])
         walked, along = np.maximum.accumulate((self.seam - self.seam[0]) @ way), (points - self.seam[0]) @ way
         arms = points - self.pivot
         far = np.linalg.norm(arms, axis=1) / self.radius
         near = np.flatnonzero((far > ON_BALL[0]) & (far < ON_BALL[1]) & (along > 0) & (along < walked[-1]))
-        seam, own, other = (unit(_between(walked, line - self.pivot, along[near])) for line in self._lines)
+        seam, mine, theirs = (unit(_between(walked, line - self.pivot, along[near])) for line in self._lines)
         here = unit(arms[near])
-        above = ((here - seam) * (own - other)).sum(axis=1) > 0
-        edge = np.where(above[:, None], own, other)
+        above = ((here - seam) * (mine - theirs)).sum(axis=1) > 0
+        edge = np.where(above[:, None], mine, theirs)
         inside = (here * seam).sum(axis=1) > (edge * seam).sum(axis=1) + 1e-9
-        result = np.array(weights)
+        result = np.array(own)
+        both = np.clip(own + other, 0, 1)[near]
+        result[near[unsure[near]]] = np.where(above, both, 0.0)[unsure[near]]
         result[near[inside]] = above[inside]
         return result
 
