@@ -32,7 +32,7 @@ def curve(count: int, seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return features @ lift, features @ fall, t
 
 
-def given(labels: int = 12, source: int = 25, target: int = 20) -> Samples:
+def given(labels: int = 12, source: int = 14, target: int = 10) -> Samples:
     x, y, _ = curve(labels + source + target, 1)
     return samples(x[:labels], y[:labels], x[labels : labels + source], y[labels + source :])
 

@@ -90,6 +90,12 @@ class Meeting:
         """Return `(C,)` where the sides have not met: not where one has come to lie over the other."""
         return np.asarray((missing * self.apart).sum(axis=1) <= 0)
 
+    def pressed(self, posed: Floats) -> Flags:
+        """Return `(C,)` where points that touch at rest are closer together than they should be, but not yet through."""
+        gaps = np.asarray(self.difference @ posed)
+        short, long = (np.linalg.norm(np.einsum("cab,cb->ca", self.across, v), axis=1) for v in (gaps, self.goal))
+        return np.asarray(~self.apart.any(axis=1) & (short < long) & ((gaps * self.goal).sum(axis=1) > 0))
+
     def take(self, rows: Ints) -> Meeting:
         """Keep some of the pairs."""
         return replace(
@@ -132,7 +138,8 @@ def close(
     for meeting in meetings:
         posed = fit.target.vertices + result[list(meeting.shapes)].sum(axis=0)
         missing = meeting.missing(posed)
-        wanting, near = meeting.open(missing), np.linalg.norm(missing, axis=1) <= FAR_CM * centimetre
+        wanting = meeting.open(missing) & ~meeting.pressed(posed)
+        near = np.linalg.norm(missing, axis=1) <= FAR_CM * centimetre
         pairs, missing = meeting.take(np.flatnonzero(wanting & near)), missing[wanting & near]
         before = float(np.linalg.norm(missing, axis=1).max(initial=0.0))
         if before <= ENOUGH * MEET_CM * centimetre:
