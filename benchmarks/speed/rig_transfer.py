@@ -81,8 +81,8 @@ def small(repeats: int) -> list[Row]:
     transfer_rig(generic, face)
     return [
         {"case": name, "cpu s": cpu_seconds(lambda: transfer_rig(generic, face), repeats)},
-        {"case": "  of it warping and sticking", "cpu s": cpu_seconds(laid, repeats)},
-        {"case": "  of it the dense warp", "cpu s": cpu_seconds(lambda: Structure.of(fit), repeats)},
+        {"case": "… of it warping and sticking", "cpu s": cpu_seconds(laid, repeats)},
+        {"case": "… of it the dense warp", "cpu s": cpu_seconds(lambda: Structure.of(fit), repeats)},
     ]
 
 
@@ -106,7 +106,7 @@ def dense_warp(repeats: int) -> list[Row]:
     return [
         {"case": f"warp of {len(centres)} centres at {len(points)} points", "cpu s": ours},
         {
-            "case": "  SciPy RBFInterpolator",
+            "case": "… SciPy RBFInterpolator",
             "cpu s": theirs,
             "times mien's": theirs / ours,
             "difference": difference,
@@ -168,7 +168,7 @@ def peer_transfer(data: Path) -> list[Row]:
     peer *= len(deltas) / len(some)
     return [
         {"case": f"deformation transfer, {len(deltas)} shapes, {len(target)} vertices", "cpu s": seconds},
-        {"case": f"  shape by shape, from {len(some)} of them", "cpu s": peer, "times mien's": peer / seconds},
+        {"case": f"… shape by shape, from {len(some)} of them", "cpu s": peer, "times mien's": peer / seconds},
     ]
 
 

@@ -13,7 +13,7 @@ from mien.look.portrait import Portrait
 from mien.look.raster import Dots
 
 GREY = np.array([0.82, 0.82, 0.84])
-BLUE, ORANGE, RED = (0.18, 0.44, 0.71), (0.86, 0.42, 0.13), (0.80, 0.12, 0.16)
+BLUE, ORANGE = (0.18, 0.44, 0.71), (0.86, 0.42, 0.13)
 HUES = ((0.80, 0.12, 0.16), (0.95, 0.80, 0.30), (0.92, 0.92, 0.88), (0.35, 0.62, 0.85), (0.10, 0.20, 0.60))
 """From 0 to 1: red to blue, as in the paper's figure 11."""
 AROUND = 1.5
@@ -67,4 +67,4 @@ def distinct(count: int) -> Floats:
     turn = (np.arange(count) * 0.381966) % 1
     phase = 2 * np.pi * (turn[:, None] - np.array([0, 1 / 3, 2 / 3]))
     shade = np.where(np.arange(count) % 2, 0.62, 0.85)[:, None]
-    return np.clip(shade * (0.68 + 0.42 * np.cos(phase)), 0, 1)
+    return np.asarray(np.clip(shade * (0.68 + 0.42 * np.cos(phase)), 0, 1))

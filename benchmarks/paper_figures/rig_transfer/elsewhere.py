@@ -102,7 +102,7 @@ def _shown(
     places = np.concatenate([point.of(framed.neutral.vertices) for point in framed.landmarks.values()])
     millimetre = 0.1 * human_centimetre(places)
     seen = sitter(rig, size=settings.tile, at=camera(framed))
-    cells, row = [Labelled(seen.picture(), "at rest")], {"head": title}
+    cells, row = [Labelled(seen.picture(), "at rest")], Row(head=title)
     for name, moves in poses.items():
         joints = turned(rig.skeleton, moves)
         cells.append(Labelled(seen.picture(joints=joints), name))

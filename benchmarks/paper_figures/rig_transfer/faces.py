@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from mien.core import Rig
+from mien.geometry.templates import template_shapes
 from mien.io.documents import landmarks_on_mesh, read_landmarks
 from mien.io.formats import read_rig
 from mien.library.generic import generic_rig
@@ -109,6 +110,4 @@ def acting(transfer: Transfer, names: tuple[str, ...]) -> Rig:
 
 def generic_acting(names: tuple[str, ...]) -> Rig:
     """Return the generic rig with these templates as blendshapes."""
-    from mien.geometry.templates import template_shapes
-
     return replace(generic_rig(), blendshapes=template_shapes(generic_rig(), names))

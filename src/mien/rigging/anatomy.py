@@ -2,7 +2,8 @@
 
 What a muscle does is told in the terms of the face it lies in.  The skin that follows it
 may have grown more or less than its fibre, and an expression is judged by the skin: a
-smile is wide for its mouth.  So a muscle pulls as far as the skin that follows it grew.
+smile is wide for its mouth.  So a muscle pulls as far as the skin that follows it grew,
+or the skin around its moving end if that grew more.
 """
 
 from __future__ import annotations
@@ -48,7 +49,8 @@ def carried_anatomy(generic: Rig, structure: Structure, skeleton: Skeleton | Non
 
 def _muscle(muscle: Muscle, generic: Rig, structure: Structure, skeleton: Skeleton | None, carrier: Carrier) -> Muscle:
     fibre, growth = structure.line(muscle.fibre), structure.growth(muscle.weights)
-    wanted = muscle.shortening * growth * fibre_length(muscle.fibre) / max(fibre_length(fibre), 1e-300)
+    pulled = max(growth, structure.around(muscle.fibre[-1])[1])
+    wanted = muscle.shortening * pulled * fibre_length(muscle.fibre) / max(fibre_length(fibre), 1e-300)
     moved = replace(
         muscle,
         fibre=fibre,

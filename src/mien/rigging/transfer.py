@@ -88,7 +88,7 @@ def transfer_rig(
     if generic.skeleton is not None and generic.skin is not None:
         rest = carried_joints(generic, fit, structure, attached, brought)
         skeleton = Skeleton(generic.skeleton.names, generic.skeleton.parents, rest)
-        skin = Skin(*carrier.skin(generic.skin, influences), np.linalg.inv(rest))
+        skin = Skin(*carrier.skin(generic.skin, influences), np.asarray(np.linalg.inv(rest), np.float64))
     anatomy = carried_anatomy(generic, structure, skeleton, carrier)
     shaped = generic
     if method != "warp-and-stick" and anatomy is not None and anatomy.templates:
