@@ -85,7 +85,9 @@ def test_the_built_in_take_shows_nearly_all_that_its_markers_see(demo: Request) 
     assert told["not shown"] == 0
     assert told["shown well"] > 10 * told["shown weakly"]
     unseen = {name for name, verdict in verdicts(found).items() if verdict == "cannot be seen"}
-    assert {"Look_L", "Look_R"} <= unseen <= {"Look_L", "Look_R", "Look_Up", "Look_Down"}  # no marker rides on an eyeball
+    assert (
+        {"Look_L", "Look_R"} <= unseen <= {"Look_L", "Look_R", "Look_Up", "Look_Down"}
+    )  # no marker rides on an eyeball
 
 
 def test_the_command_prints_the_same_as_a_table_and_as_json(files: SmallFiles) -> None:

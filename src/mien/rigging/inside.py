@@ -24,6 +24,8 @@ THROUGHOUT = 0.8
 """A part that is this tall for all the parts together, such as gums that are one with the tongue, follows what is near."""
 GAP = 0.1
 """Parts belong to two jaws if the heights of their middles leave a gap of this share of the height of them all."""
+ROUNDS = 20
+"""What such a part follows is averaged among neighbours this many times."""
 NEAREST = 4
 """Points that are averaged."""
 
@@ -72,7 +74,7 @@ def _settle(fit: DenseFit, skin: Skin | None, sources: list[Ints], inner: list[A
     tall = np.array([float(np.ptp(points[:, 1])) for points in own])
     whole = tall < THROUGHOUT * np.ptp(np.concatenate(own)[:, 1]) if len(inner) > 2 else np.ones(len(inner), np.bool_)
     upper, above = _upper_parts(own, whole), _upper_sources(fit, skin, sources)
-    result = {int(row): _following(fit, inner[row], sources, own) for row in np.flatnonzero(~whole)}
+    result = {int(row): _softened(_following(fit, inner[row], sources, own), fit) for row in np.flatnonzero(~whole)}
     for high in (True, False):
         rows = [int(row) for row in np.flatnonzero(whole) if upper[row] == high]
         alike = [ids for ids, up in zip(sources, above, strict=True) if up == high or not any(upper)]
@@ -106,6 +108,23 @@ def _following(fit: DenseFit, part: Attachment, sources: list[Ints], beside: lis
     places = _laid(fit, vertices, np.concatenate(beside))
     weights = _means(places, fit.target.vertices[part.vertices], vertices, len(fit.source.vertices))
     return Attachment(part.vertices, weights, True, vertices)
+
+
+def _softened(part: Attachment, fit: DenseFit) -> Attachment:
+    """Let what a part follows pass gradually from one of its vertices to the next: a palate is not torn from a tongue."""
+    number = np.full(len(fit.target.vertices), -1)
+    number[part.vertices] = np.arange(len(part.vertices))
+    own = number[fit.target.triangles]
+    own = own[(own >= 0).all(axis=1)]
+    ends = np.concatenate([own[:, [i, (i + 1) % 3]] for i in range(3)])
+    count = len(part.vertices)
+    linked = sparse.csr_matrix((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(count, count))
+    linked = sparse.csr_matrix(linked + linked.T + sparse.eye(count))
+    step = sparse.diags(1 / np.asarray(linked.sum(axis=1)).ravel()) @ linked
+    weights = part.weights
+    for _ in range(ROUNDS):
+        weights = sparse.csr_matrix(step @ weights)
+    return Attachment(part.vertices, weights, part.counterpart, part.followed)
 
 
 def _laid(fit: DenseFit, vertices: Ints, own: Floats) -> Floats:

@@ -22,7 +22,7 @@ from mien.geometry.surface import exposed, vertex_normals
 from mien.geometry.tps import ThinPlate, fit_thin_plate
 from mien.rigging.dense import DenseFit
 
-MOST_CENTRES = 1500
+MOST_CENTRES = 1000
 """With more pairs than this, as many of them, spread evenly, are the centres; solving costs the cube of their number."""
 STIFF_CM = 0.3
 """How far the warp gives up closeness for smoothness, on a human face."""
@@ -113,10 +113,11 @@ class Structure:
 
 
 def _spread(points: Floats, count: int) -> Ints:
-    """Return points spread evenly: always the farthest from those chosen."""
-    chosen = [int(np.argmin(points[:, 1]))]
-    gap = np.full(len(points), np.inf)
-    while len(chosen) < count:
-        gap = np.minimum(gap, ((points - points[chosen[-1]]) ** 2).sum(axis=1))
-        chosen.append(int(np.argmax(gap)))
-    return np.array(chosen, dtype=np.int64)
+    """Return at most so many points spread evenly: one of each cell of the finest grid with no more cells in use."""
+    side = float(np.ptp(points, axis=0).max()) / count**0.5
+    while True:
+        cells = np.floor((points - points.min(axis=0)) / side).astype(np.int64)
+        chosen = np.unique(cells, axis=0, return_index=True)[1]
+        if len(chosen) <= count:
+            return np.sort(chosen)
+        side *= 1.1
