@@ -42,7 +42,7 @@ def settled(fit: DenseFit, skin: Skin | None, attached: tuple[Attachment, ...]) 
     unseen = hidden(fit.target, [part.vertices for part in attached], fit.warp(fit.warp.centres))
     mine = {int(ids[0]) for ids in unseen if within[near.query(fit.target.vertices[ids])[1]].mean() > 0.5}
     inner = [part for part in attached if int(part.vertices[0]) in mine]
-    if not inner:
+    if not inner or _certain(inner, sources):
         return attached
     found = {int(part.vertices[0]): part for part in _settle(fit, skin, sources, inner)}
     return tuple(found.get(int(part.vertices[0]), part) for part in attached)
@@ -66,6 +66,12 @@ def hidden(mesh: Mesh, parts: list[Ints], landmarks: Floats) -> list[Ints]:
     seen = np.zeros(len(mesh.vertices), np.bool_)
     seen[every] = exposed(mesh, mesh.vertices[every], normals[every], ahead)
     return [ids for ids in parts if (~seen[ids]).mean() >= HIDDEN]
+
+
+def _certain(parts: list[Attachment], sources: list[Ints]) -> bool:
+    """Tell whether each part has one counterpart inside the source, and no two have the same."""
+    counterparts = [[row for row, ids in enumerate(sources) if np.isin(part.followed, ids).any()] for part in parts]
+    return all(len(rows) == 1 for rows in counterparts) and len({rows[0] for rows in counterparts}) == len(parts)
 
 
 def _settle(fit: DenseFit, skin: Skin | None, sources: list[Ints], inner: list[Attachment]) -> list[Attachment]:

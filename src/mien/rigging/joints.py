@@ -26,9 +26,10 @@ def carried_joints(
     rest = np.stack([structure.frame(frame) for frame in generic.skeleton.rest])
     for joint, frame in enumerate(generic.skeleton.rest):
         for own, points in _balls(generic, fit, attached, brought, joint):
-            size = float(np.ptp(own, axis=0).max())
-            if np.linalg.norm(centre_of(own) - frame[:3, 3]) < AT_CENTRE * size:
-                rest[joint, :3, 3] = centre_of(points)
+            size, offset = float(np.ptp(own, axis=0).max()), frame[:3, 3] - centre_of(own)
+            if np.linalg.norm(offset) < AT_CENTRE * size:
+                turn = rest[joint, :3, :3] @ frame[:3, :3].T
+                rest[joint, :3, 3] = centre_of(points) + float(np.ptp(points, axis=0).max()) / size * turn @ offset
     return rest
 
 

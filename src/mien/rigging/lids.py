@@ -33,6 +33,8 @@ CORNER = 0.16
 """… but for the corners of the eye, which lie deeper: so much of the seam, and as much again in between."""
 ON_BALL = (0.85, 1.3)
 """Skin in the open eye is lid if its distance from the centre is between these shares of the eyeball's radius."""
+BEYOND = 0.995
+"""Skin reaches beyond its lid's edge if this share of the edge's way to the seam is left to it."""
 FEWEST = 12
 """With fewer vertices nothing is known about an eyeball."""
 
@@ -135,7 +137,8 @@ class Lids:
         here = unit(arms[near])
         above = ((here - seam) * (mine - theirs)).sum(axis=1) > 0
         edge = np.where(above[:, None], mine, theirs)
-        inside = (here * seam).sum(axis=1) > (edge * seam).sum(axis=1) + 1e-9
+        left, opening = (np.arccos(np.clip((arm * seam).sum(axis=1), -1, 1)) for arm in (here, edge))
+        inside = left < BEYOND * opening
         result = np.array(own)
         both = np.clip(own + other, 0, 1)[near]
         result[near[unsure[near]]] = np.where(above, both, 0.0)[unsure[near]]
