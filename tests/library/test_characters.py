@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Mapping
 from typing import Any
 
@@ -185,10 +184,8 @@ def test_characters_are_as_large_as_a_head(rig: Rig) -> None:
     assert deep < 0.25
 
 
-def test_building_takes_less_than_a_second_and_repeats_itself(rig: Rig) -> None:
-    start = time.process_time()
+def test_building_repeats_itself(rig: Rig) -> None:
     again = MAKERS[rig.name].__wrapped__()
-    assert time.process_time() - start < 1
     assert np.array_equal(again.neutral.vertices, rig.neutral.vertices)
     assert np.array_equal(again.neutral.triangles, rig.neutral.triangles)
     assert np.array_equal(again.blendshapes.deltas, rig.blendshapes.deltas)

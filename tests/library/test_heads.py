@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from functools import cache
 
 import numpy as np
@@ -192,10 +191,8 @@ def test_every_part_has_a_colour(head: Rig) -> None:
     assert last == "pupil_left"
 
 
-def test_building_takes_less_than_a_second_and_repeats_itself(head: Rig) -> None:
-    start = time.process_time()
+def test_building_repeats_itself(head: Rig) -> None:
     again = HEADS[head.name]()
-    assert time.process_time() - start < 1
     assert np.array_equal(again.neutral.vertices, head.neutral.vertices)
     assert np.array_equal(again.neutral.triangles, head.neutral.triangles)
 
