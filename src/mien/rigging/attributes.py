@@ -22,6 +22,8 @@ from mien.rigging.dense import DenseFit
 from mien.rigging.parts import Attachment
 from mien.rigging.roughness import Smoothing
 
+FAINT = 1e-9
+"""Shares below this are rounding errors of the smoothing."""
 FADE_CM = (0.3, 0.8)
 """Hidden skin follows muscles less and less over these distances from what was laid on it, on a human face."""
 
@@ -68,7 +70,8 @@ class Carrier:
 
     def shares(self, values: Floats) -> Floats:
         """Interpolate shares `(Ns,)` between 0 and 1, which they stay."""
-        return np.asarray(np.clip(self.values(values), 0.0, 1.0))
+        shares = np.clip(self.values(values), 0.0, 1.0)
+        return np.where(shares < FAINT, 0.0, shares)
 
     def pulls(self, values: Floats) -> Floats:
         """Interpolate how fully skin follows a muscle: not at all where it lies hidden and has no counterpart."""

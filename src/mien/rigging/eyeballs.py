@@ -18,7 +18,9 @@ from mien.rigging.parts import centre_of
 from mien.rigging.structure import Structure
 
 ROUND = 0.08
-"""A part is a ball if its vertices are this close to a sphere, as a share of its radius."""
+"""A part is a ball if its vertices are this close to a sphere, as a share of its radius …"""
+DEEP = 0.8
+"""… and it is at least this deep in every direction, in radii: a dental arch lies on a sphere too."""
 ON_BALL = (0.9, 1.12)
 """Skin lies on a ball if its distance from the centre is between these shares of the radius."""
 FEWEST = 12
@@ -43,7 +45,9 @@ def ball_of(points: Floats) -> Ball | None:
     """Return the ball that points `(M, 3)` lie on, None if they lie on none."""
     centre = centre_of(points)
     lengths = np.linalg.norm(points - centre, axis=1)
-    return Ball(centre, float(np.median(lengths))) if lengths.std() < ROUND * lengths.mean() else None
+    radius = float(np.median(lengths))
+    deep = float(np.ptp(points, axis=0).min()) > DEEP * radius
+    return Ball(centre, radius) if deep and lengths.std() < ROUND * radius else None
 
 
 def fitted_ball(ball: Ball, fit: DenseFit, structure: Structure) -> Ball:

@@ -35,6 +35,8 @@ ON_BALL = (0.85, 1.3)
 """Skin in the open eye is lid if its distance from the centre is between these shares of the eyeball's radius."""
 BEYOND = 0.995
 """Skin reaches beyond its lid's edge if this share of the edge's way to the seam is left to it."""
+THICK = (0.07, 0.15)
+"""Where the correspondence is unsure, what is this little behind the edge follows too, less and less [rad]."""
 FEWEST = 12
 """With fewer vertices nothing is known about an eyeball."""
 
@@ -93,17 +95,17 @@ class Lids:
         seam, centre = muscle.seam, muscle.pivot
         if seam is None or centre is None:
             return None
-        others = [m for m in muscles if m is not muscle and m.seam is not None and np.array_equal(m.seam, seam)]
-        if len(others) != 1:
+        pair = [m for m in muscles if m.seam is not None and np.array_equal(m.seam, seam)]
+        if len(pair) != 2:
             return None
-        own, other = _edge(muscle, seam, fit), _edge(others[0], seam, fit)
-        if min(len(own.along), len(other.along)) < 4:
+        first, second = (_edge(one, seam, fit) for one in pair)
+        if min(len(first.along), len(second.along)) < 4:
             return None
         along = (seam - seam[0]) @ unit(seam[-1] - seam[0])
-        (here_own, there_own), (here_other, there_other) = own.at(along), other.at(along)
-        share = _share(here_own, here_other, seam, centre)
-        here = here_own + drawn(here_own, here_other, share, centre)
-        there = there_own + drawn(there_own, there_other, share, pivot)
+        (here_first, there_first), (here_second, there_second) = first.at(along), second.at(along)
+        share = _share(here_first, here_second, seam, centre)
+        here = here_first + drawn(here_first, here_second, share, centre)
+        there = there_first + drawn(there_first, there_second, share, pivot)
         # what the seam is off the edges' way is kept, so that a face laid on itself keeps its seam
         turn, scale = structure.around(centre)
         plain = scale * (seam - seam[0]) @ turn.T
@@ -115,7 +117,9 @@ class Lids:
             off = np.linalg.norm(seam - centre, axis=1) * grown / ball
             line = _clear_of(pivot + off[:, None] * unit(line - pivot), parts, pivot, grown)
         radius = grown if grown is not None else float(np.median(np.linalg.norm(line - pivot, axis=1)))
-        return cls(line, pivot, others[0], radius, there_own, there_other)
+        if pair[0] is muscle:
+            return cls(line, pivot, pair[1], radius, there_first, there_second)
+        return cls(line, pivot, pair[0], radius, there_second, there_first)
 
     def weights(self, points: Floats, own: Floats, other: Floats, unsure: Flags) -> Floats:
         """Return how fully points follow the muscle of the lid that was asked about.
@@ -140,7 +144,8 @@ class Lids:
         left, opening = (np.arccos(np.clip((arm * seam).sum(axis=1), -1, 1)) for arm in (here, edge))
         inside = left < BEYOND * opening
         result = np.array(own)
-        both = np.clip(own + other, 0, 1)[near]
+        at_edge = np.clip((THICK[1] - (left - opening)) / (THICK[1] - THICK[0]), 0, 1)
+        both = np.maximum(np.clip(own + other, 0, 1)[near], at_edge)
         result[near[unsure[near]]] = np.where(above, both, 0.0)[unsure[near]]
         result[near[inside]] = above[inside]
         return result

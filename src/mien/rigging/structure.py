@@ -22,12 +22,14 @@ from mien.geometry.surface import exposed, vertex_normals
 from mien.geometry.tps import ThinPlate, fit_thin_plate
 from mien.rigging.dense import DenseFit
 
-MOST_CENTRES = 1000
-"""With more pairs than this, as many of them, spread evenly, are the centres; solving costs the cube of their number."""
+MOST_CENTRES = 2000
+"""With more pairs than this, as many of them are the centres; solving costs the cube of their number."""
 STIFF_CM = 0.3
 """How far the warp gives up closeness for smoothness, on a human face."""
 REACH_CM = 2.5
 """A frame turns and grows as the skin within about this distance of it does, on a human face."""
+BITS = 10
+"""Points are ordered along a curve through as many halvings of space."""
 DEGREE = 3
 """The warp bends a fibre by a polynomial of this degree along it."""
 
@@ -61,8 +63,9 @@ class Structure:
         kept = np.sort(seen if len(seen) >= len(paired) // 4 else paired)
         sources, targets = fit.source.vertices[kept], fit.stuck[kept]
         centimetre = human_centimetre(fit.warp.centres)
-        chosen = np.arange(len(kept)) if len(kept) <= most else _spread(sources, most)
-        warp = fit_thin_plate(sources[chosen], targets[chosen], STIFF_CM * centimetre)
+        chosen = np.arange(len(kept)) if len(kept) <= most else _some(sources, most)
+        stiffness = STIFF_CM * centimetre * len(chosen) / len(kept)  # fewer centres each stand for more skin
+        warp = fit_thin_plate(sources[chosen], targets[chosen], stiffness)
         missed = float(np.sqrt(((warp(sources) - targets) ** 2).sum(axis=1).mean()))
         return cls(warp, kept, sources, targets, missed, REACH_CM * centimetre)
 
@@ -112,12 +115,18 @@ class Structure:
         return np.asarray(left * mirror @ right), float(stretch @ mirror / power)
 
 
-def _spread(points: Floats, count: int) -> Ints:
-    """Return at most so many points spread evenly: one of each cell of the finest grid with no more cells in use."""
-    side = float(np.ptp(points, axis=0).max()) / count**0.5
-    while True:
-        cells = np.floor((points - points.min(axis=0)) / side).astype(np.int64)
-        chosen = np.unique(cells, axis=0, return_index=True)[1]
-        if len(chosen) <= count:
-            return np.sort(chosen)
-        side *= 1.1
+def _some(points: Floats, count: int) -> Ints:
+    """Return so many points spread as densely as all are: where a rig is fine, its features are."""
+    walk = _along_curve(points)
+    return np.sort(walk[np.unique(np.linspace(0, len(points) - 1, count).round().astype(np.int64))])
+
+
+def _along_curve(points: Floats) -> Ints:
+    """Return the order of points along a curve through space that visits neighbours one after the other (Morton 1966)."""
+    extent = float(np.ptp(points, axis=0).max())
+    cells = ((points - points.min(axis=0)) / extent * (2**BITS - 1)).astype(np.int64)
+    code = np.zeros(len(points), np.int64)
+    for bit in range(BITS):
+        for axis in range(3):
+            code |= (cells[:, axis] >> bit & 1) << (3 * bit + axis)
+    return np.argsort(code, kind="stable")
