@@ -21,7 +21,7 @@ from mien.rigging.structure import Structure
 
 AT_JOINT = 1e-3
 """A ball turns with a joint if its centre is this close to it, as a share of a frame's surroundings."""
-SHORTEST = 0.6
+SHORTEST = 0.42
 """A muscle that grew less than its skin shortens by at most this share, or by the rig's own if that is more."""
 
 

@@ -7,7 +7,7 @@ source are made to meet by `contact`.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -88,7 +88,7 @@ def carried(
 def closed(source: Blendshapes, moved: Floats, fit: DenseFit) -> tuple[Floats, tuple[Note, ...]]:
     """Make lids and lips meet in a target's displacements `(K, Nt, 3)` where they do in the source's shapes."""
     met, closings = close(source.deltas, moved, poses(source.names), fit)
-    return met, tuple(_closed(closing) for closing in closings)
+    return met, _closed(closings)
 
 
 def poses(names: tuple[str, ...]) -> dict[str, tuple[int, ...]]:
@@ -105,9 +105,12 @@ def poses(names: tuple[str, ...]) -> dict[str, tuple[int, ...]]:
     return result
 
 
-def _closed(closing: Closing) -> Note:
+def _closed(closings: Sequence[Closing]) -> tuple[Note, ...]:
+    if not closings:
+        return ()
+    before, after = (max(closings, key=lambda closing: getattr(closing, which)) for which in ("before", "after"))
     text = (
-        f"{closing.contacts} points that touch on the source were off by up to {1e3 * closing.before:.2f} mm, "
-        f"now by {1e3 * closing.after:.2f} mm"
-    ) + (f"; {closing.strays} more were too far apart and stay so" if closing.strays else "")
-    return Note("contact-kept", text, closing.name)
+        f"lids and lips that touch on the source were off by up to {1e3 * before.before:.2f} mm ({before.name}) in "
+        f"{len(closings)} poses, now by up to {1e3 * after.after:.2f} mm ({after.name})."
+    )
+    return (Note("contact-kept", text, after.name),)
