@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from mien.core import Clip, FileError, InputError, Note
+from mien.core import Clip, FileError, InputError, Note, Skeleton
 from mien.core.arrays import Floats
 from mien.core.clip import checked_fps
 from mien.core.errors import unknown
 from mien.io.gltf.container import Document, open_document
 from mien.io.gltf.fields import Fields
-from mien.io.gltf.meshes import shape_names
+from mien.io.gltf.meshes import numbered, shape_names
 from mien.io.gltf.rig import Character, character
 from mien.io.gltf.scene import Scene, rest_parts
 from mien.io.gltf.skinning import STILL
@@ -195,3 +195,27 @@ def _local(node: Fields, parts: dict[str, Track], times: Floats, fps: float) -> 
     rest = dict(zip(KINDS, rest_parts(node), strict=True))
     moved = {path: parts[path].at(times, fps) if path in parts else rest[path] for path in KINDS}
     return np.broadcast_to(composed(moved["translation"], moved["rotation"], moved["scale"]), (len(times), 4, 4))
+
+
+def read_poses(path: Path) -> tuple[Skeleton, dict[str, Floats]]:
+    """Read each animation that moves joints as one pose: how it ends.
+
+    Returns:
+        The file's skeleton, and `(J, 4, 4)` world matrices of its joints by the animation's name.
+
+    Raises:
+        FileError: the file is damaged, or holds no joints or no animation that moves one.
+    """
+    document = open_document(path)
+    found = character(document)
+    if found.rig.skeleton is None:
+        raise FileError(f"{path} has no joints, so it holds no poses of any; export the skeleton with its animations.")
+    poses: dict[str, Floats] = {}
+    for animation in document.top.each("animations"):
+        tracks = _tracks(document, animation, found.scene)
+        if tracks.motion:
+            end = np.array([max(float(track.times[-1]) for track in tracks.all)])
+            poses[numbered([*poses, animation.text("name") or "pose"])[-1]] = _joints(found, tracks, end, 1.0)[0]
+    if not poses:
+        raise FileError(f"{path} holds no animation that moves a joint; export one animation for each pose.")
+    return found.rig.skeleton, poses

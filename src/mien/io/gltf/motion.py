@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable
 
 import numpy as np
@@ -12,6 +11,7 @@ from mien.io.gltf.container import Document
 from mien.io.gltf.fields import Fields
 from mien.io.gltf.scene import Scene, read_scene, scene_roots
 from mien.io.gltf.transforms import composed, continuous, decomposed, invertible
+from mien.vocabularies.joints import head_of
 
 HEAD_NODE = "mien_head"
 """The node above everything that carries the head's motion where no joint can."""
@@ -26,19 +26,8 @@ def head_joint(document: Document, scene: Scene) -> int | None:
     """Return the joint of a skin that is named like a head, the plainest name first; None if there is none."""
     skins = document.top.each("skins")
     joints = sorted({joint for skin in skins for joint in skin.integers("joints") if joint < len(scene.nodes)})
-    ranked = [(rank, joint) for joint in joints if (rank := _rank(scene.nodes[joint].text("name"))) is not None]
-    return min(ranked)[1] if ranked else None
-
-
-def _rank(name: str) -> int | None:
-    """Return how unlike plain `head` a joint's name is, None if it names no head.
-
-    The namespace before a colon or bar and numbers behind do not count; `HeadTop_End`,
-    `headFront` and `forehead` name other places.
-    """
-    own = re.split(r"[:|]", name)[-1]
-    words = [word.lower() for word in re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])", own)]
-    return len(words) - 1 if words and words[-1] == "head" else None
+    head = head_of([scene.nodes[joint].text("name") for joint in joints])
+    return None if head is None else joints[head]
 
 
 def local_parts(scene: Scene, world: dict[int, Floats]) -> dict[int, Parts] | None:

@@ -1,0 +1,128 @@
+"""The per-frame solve on what bones really do: Gauss-Newton on the skinned positions.
+
+A rotation is no straight line, so shapes are only its chord.  Here the same energy is
+minimised with the points where the skin has them,
+
+    min_w  1/M |Δa - p(w)|²  +  the other terms of `energy`,   p(w) = Σ w_k Δp_k + A (x(w) - x(0) - Σ w_k Δs_k)
+
+`x` are the character's points as the joints carry them, `Δs` the shapes that the method
+was fitted with, `Δp` the actor's own version of them, and `A` takes the character's
+lengths and directions to the actor's.  Each step is the energy's own lasso around the last
+weights, with the derivatives of `p` in place of the shapes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from mien.core import Correspondence, Markers, Report, Rig
+from mien.core.arrays import Floats, matching
+from mien.geometry.bones import Bones, CarriedPoints
+from mien.retargeting.energy import RATE, TOLERANCE, FrameSolver
+from mien.retargeting.shape_retargeter import ShapeRetargeter
+from mien.solve import solve_lasso
+
+MOST_STEPS = 5
+SETTLED = 1e-3
+"""A step that changes no weight by more than this is the last."""
+FAR = 0.1
+"""After a step that changes no weight by more than this, the derivatives from before it still serve."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class BoneSolver(FrameSolver):
+    """A frame's problem on skinned points.
+
+    Attributes:
+        carried: the character's paired points and the joints that carry them.
+        to_actor: `(3, 3)` from the character's displacements, as rows, to the actor's [cm].
+    """
+
+    carried: CarriedPoints
+    to_actor: Floats
+
+    def displaced(self, weights: Floats) -> Floats:
+        """Return the actor's points `p`, `(…, M, 3)` [cm] from neutral, under weights `(…, K)`."""
+        bent = self.carried.at(weights) - self.carried.rest - np.tensordot(weights, self.carried.chords, axes=1)
+        return np.asarray(np.tensordot(weights, self.shapes, axes=1) + bent @ self.to_actor)
+
+    def batch(self, take: Floats, fps: float = RATE) -> tuple[Floats, float]:
+        """Solve a take as `step` does, frame after frame; see `FrameSolver.batch`."""
+        weights = np.zeros((len(take), len(self.shapes)))
+        before: Floats | None = None
+        worst = 0.0
+        for f, frame in enumerate(take):
+            weights[f], residual = self._settled(frame, before, fps)
+            before, worst = weights[f], max(worst, residual)
+        return weights, worst
+
+    def step(self, displacements: Floats, before: Floats | None, fps: float = RATE) -> Floats:
+        """Solve one frame `(M, 3)` [cm] from the weights before it."""
+        return self._settled(displacements, before, fps)[0]
+
+    def _settled(self, frame: Floats, before: Floats | None, fps: float) -> tuple[Floats, float]:
+        """Return the weights of a frame, and the KKT residual of the last step."""
+        seen = ~np.isnan(frame[:, 0])
+        weights = np.zeros(len(self.shapes)) if before is None else before
+        if not seen.any():
+            return weights, 0.0
+        follow = 0.0 if before is None else 2 * self._smoothness(fps)
+        last, change, residual = weights, np.inf, 0.0
+        for _ in range(MOST_STEPS):
+            if change > FAR:
+                points, slopes = self.around(weights)
+                problem, scaled = self._linear(slopes, follow).problem(seen)
+            else:
+                points = self.displaced(weights)
+            wanted = np.where(seen[:, None], frame - points + np.tensordot(weights, slopes, axes=1), 0.0)
+            solved = solve_lasso(problem, scaled @ wanted.ravel() + follow * last, weights, tol=TOLERANCE)
+            change = float(np.abs(solved.weights - weights).max())
+            weights, residual = solved.weights, float(solved.kkt)
+            if change < SETTLED:
+                break
+        return weights, residual
+
+    def around(self, weights: Floats) -> tuple[Floats, Floats]:
+        """Return `p` `(M, 3)` and its derivatives `(K, M, 3)` [cm]."""
+        points, slopes = self.carried.around(weights)
+        bent = points - self.carried.rest - np.tensordot(weights, self.carried.chords, axes=1)
+        own = np.tensordot(weights, self.shapes, axes=1) + bent @ self.to_actor
+        return own, self.shapes + (slopes - self.carried.chords) @ self.to_actor
+
+    def _linear(self, slopes: Floats, follow: float) -> FrameSolver:
+        """Return the energy of shapes, with what a change from the frame before costs as part of its quadratic form."""
+        mine = {field.name: getattr(self, field.name) for field in fields(FrameSolver)}
+        regular = self.regular + follow * np.eye(len(slopes))
+        return FrameSolver(**{**mine, "shapes": slopes, "regular": regular})
+
+
+@dataclass(frozen=True, eq=False)
+class BoneRetargeter(ShapeRetargeter):
+    """A fitted method whose shapes stand for bones, and whose solve knows what the bones really do."""
+
+    def _report(self, take: Floats, weights: Floats, residual: float, markers: Markers) -> Report:
+        """Judge the fit by where the bones carry the points, not by their chords."""
+        assert isinstance(self.solver, BoneSolver)
+        bent = self.solver.displaced(weights) - np.tensordot(weights, self.shapes, axes=1)
+        return super()._report(take - bent, weights, residual, markers)
+
+
+def on_bones(fitted: ShapeRetargeter, rig: Rig, pairs: Correspondence, bones: Bones) -> BoneRetargeter:
+    """Return a method, fitted to the shapes that stand for bones, that solves for the bones themselves.
+
+    Args:
+        fitted: the method.
+        rig: the character.
+        pairs: all the pairs that the method was given.
+        bones: what the parameters do to the joints.
+    """
+    points = pairs.target.take(matching(pairs.names, fitted.markers))
+    solver = BoneSolver(
+        **{field.name: getattr(fitted.solver, field.name) for field in fields(FrameSolver)},
+        carried=CarriedPoints.of(rig, points, bones),
+        to_actor=fitted.placement.rotation / (fitted.placement.scale * fitted.centimetre),
+    )
+    kept = {field.name: getattr(fitted, field.name) for field in fields(ShapeRetargeter)}
+    return BoneRetargeter(**{**kept, "solver": solver})
