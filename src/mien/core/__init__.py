@@ -2,6 +2,7 @@
 
 from mien.core.anatomy import Anatomy, Cluster, Controls, Flexor, Labels, Muscle
 from mien.core.clip import Clip
+from mien.core.correctives import Correctives
 from mien.core.correspondence import Correspondence
 from mien.core.errors import FileError, InputError, MienError, MissingPackage, Note
 from mien.core.examples import Examples
@@ -16,6 +17,7 @@ __all__ = [
     "Clip",
     "Cluster",
     "Controls",
+    "Correctives",
     "Correspondence",
     "Examples",
     "FileError",

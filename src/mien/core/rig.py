@@ -11,6 +11,7 @@ import numpy as np
 
 from mien.core.anatomy import Anatomy
 from mien.core.arrays import Floats, Ints, distinct, floats, indices
+from mien.core.correctives import Correctives
 from mien.core.errors import InputError, Note, unknown
 from mien.core.mesh import Mesh, SurfacePoints
 
@@ -122,6 +123,7 @@ class Rig:
         source: the file it was read from, which writers use to keep what mien does not understand.
         notes: what was repaired on reading.
         colours: linear red, green and blue of vertex groups, later ones over earlier; what has none is not said.
+        correctives: which shapes follow from others; None if all are free.
     """
 
     neutral: Mesh
@@ -134,6 +136,7 @@ class Rig:
     source: Path | None = None
     notes: tuple[Note, ...] = ()
     colours: Mapping[str, Colour] = field(default_factory=dict)
+    correctives: Correctives | None = None
 
     def __post_init__(self) -> None:
         n = len(self.neutral.vertices)
@@ -148,6 +151,10 @@ class Rig:
         for part in () if self.anatomy is None else self.anatomy.parts:
             if len(part.weights) != n:
                 raise InputError(f"{part.name!r} of {self.name!r} covers {len(part.weights)} of {n} vertices.")
+        if self.correctives is not None and self.correctives.last >= len(self.blendshapes):
+            raise InputError(
+                f"the correctives of {self.name!r} name shape {self.correctives.last}, but it has {len(self.blendshapes)}."
+            )
         for group, colour in self.colours.items():
             if group not in self.neutral.groups:
                 raise InputError(unknown("vertex group", group, self.neutral.groups))
@@ -159,13 +166,15 @@ class Rig:
         """Return the vertices of one or many poses (Ribera et al. 2017, eq. 1).
 
         Args:
-            weights: `(…, K)` blendshape weights.
+            weights: `(…, K)` blendshape weights; those of correctives follow from their drivers.
             joints: `(…, J, 4, 4)` world matrices of the joints; at rest if None.
 
         Returns:
             `(…, N, 3)` positions [m].
         """
         w = np.asarray(weights, dtype=np.float64)
+        if self.correctives is not None:
+            w = self.correctives.complete(w)
         flat = self.blendshapes.deltas.reshape(len(self.blendshapes), 3 * len(self.neutral.vertices))
         moved = (w @ flat).reshape(*w.shape[:-1], -1, 3)
         moved += self.neutral.vertices

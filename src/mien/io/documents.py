@@ -31,7 +31,7 @@ def read_landmarks(path: Path | str) -> dict[str, Spot]:
         FileError: not such a file, or an entry that says nothing usable.
     """
     path = Path(path)
-    document = _document(path, "mien-landmarks")
+    document = read_document(path, "mien-landmarks")
     landmarks = document.get("landmarks")
     if not isinstance(landmarks, dict) or not landmarks:
         raise FileError(f'{path} names no landmarks; give {{"landmarks": {{"chin_tip": {{"vertex": 123}}, …}}}}.')
@@ -118,7 +118,7 @@ def read_pairs(
         FileError: not such a file, an unknown marker or vertex, or something paired twice.
     """
     path = Path(path)
-    document = _document(path, "mien-pairs")
+    document = read_document(path, "mien-pairs")
     rows = document.get("pairs")
     if not isinstance(rows, list) or not rows:
         raise FileError(f'{path} holds no pairs; give {{"pairs": [{{"source": "Chin", "target": 5069}}, …]}}.')
@@ -244,7 +244,7 @@ def join(points: Sequence[SurfacePoints]) -> SurfacePoints:
 
 def _json_examples(path: Path) -> tuple[list[str], list[list[Any]]]:
     """Return the parameters' names, and per example its frame and parameters as the file has them."""
-    rows = _document(path, "mien-examples").get("examples", [])
+    rows = read_document(path, "mien-examples").get("examples", [])
     if not isinstance(rows, list) or not all(isinstance(r, dict) and "frame" in r for r in rows):
         raise FileError(f'{path}: each example needs a frame, as in {{"frame": 120, "jawOpen": 1}}.')
     names = list(dict.fromkeys(key for row in rows for key in row if key != "frame"))
@@ -264,7 +264,12 @@ def _csv_examples(path: Path) -> tuple[list[str], list[list[Any]]]:
     return [columns[i] for i in keep], [[row[i] if i < len(row) else "" for i in (at, *keep)] for row in rows if row]
 
 
-def _document(path: Path, format_name: str) -> dict[str, Any]:
+def read_document(path: Path, format_name: str) -> dict[str, Any]:
+    """Read a JSON file of a format of mien's own.
+
+    Raises:
+        FileError: not JSON, another format, or a later version.
+    """
     try:
         document = json.loads(read_text(path))
     except (ValueError, RecursionError) as error:  # ValueError: also numbers of thousands of digits
@@ -346,14 +351,14 @@ def _whole(value: Any, count: int, what: str) -> int:
 
 
 def _numbers(values: Any, count: int, what: str) -> Floats:
-    good = isinstance(values, list) and len(values) == count and all(_is_number(v) for v in values)
+    good = isinstance(values, list) and len(values) == count and all(is_number(v) for v in values)
     array = np.array(values if good else [], dtype=np.float64)
     if not good or not np.isfinite(array).all():
         raise FileError(f"{what} must be {count} finite numbers, but are {_short(values)}.")
     return array
 
 
-def _is_number(value: Any) -> bool:
+def is_number(value: Any) -> bool:
     """Whether a JSON value is a number that a float can hold (JSON's true and 1e5000-digit integers are not)."""
     return isinstance(value, float) or (isinstance(value, int) and not isinstance(value, bool) and abs(value) < 2**63)
 

@@ -4,10 +4,13 @@ Ribera et al. 2017, eq. 2, 15 and 16:
 
     min_w  1/M |Δa - Σ w_k Δp_k|²  +  µ/N |L ΔV w|²  +  ν/K Σ c_k |w_k|
 
-plus, when asked, `s |w - w_before|²`, a penalty on the difference of symmetric pairs, and
-damping, `ρ/M Σ |Δp_k|² w_k²`: what shapes that are a little wrong, each on its own, would
-add to the error.  `Δp` are the actor's own blendshapes at the markers, so everything a frame needs
-is one `K × K` Gram matrix and one `K`-vector: a lasso in a fixed matrix.
+with another prior in place of the second term if one is chosen (`PRIORS`), plus, when
+asked, `s |w - w_before|²`, a penalty on the difference of symmetric pairs, and damping,
+`ρ/M Σ |Δp_k|² w_k²`: what shapes that are a little wrong, each on its own, would add to
+the error.  `Δp` are the actor's own blendshapes at the markers, so everything a frame needs
+is one `K × K` Gram matrix and one `K`-vector: a lasso in a fixed matrix.  On a rig with
+correctives `w` are the weights of all shapes as the free ones drive them (`solve.driven`);
+with contact, frames in which the actor's lids or lips touch add what a gap costs (`contact`).
 """
 
 from __future__ import annotations
@@ -19,11 +22,13 @@ from itertools import pairwise
 
 import numpy as np
 
-from mien.core import InputError
+from mien.core import Correctives, InputError
 from mien.core.arrays import Flags, Floats, Ints
 from mien.core.errors import unknown
+from mien.retargeting.contact import Contacts
+from mien.retargeting.prior import PRIORS
 from mien.retargeting.settings import SolveSettings
-from mien.solve import LassoProblem, solve_lasso, symmetric_penalty
+from mien.solve import LassoProblem, LassoSolution, Varying, solve_driven, solve_lasso, symmetric_penalty
 
 RATE = 30.0
 """The frame rate for which the smoothness is stated."""
@@ -39,10 +44,12 @@ class FrameSolver:
         shapes: `(K, M, 3)` the actor's own blendshapes `Δp` [cm].
         confidence: `(M,)` how much each marker counts.
         regular: `(K, K)` prior, damping and symmetry as a quadratic form, as added to the Gram matrix.
-        l1: `(K,)` ν/K times each shape's factor.
+        l1: `(K,)` ν/K times each shape's factor, and what the prior adds.
         lower, upper: `(K,)` bounds of the weights.
         exclusive: `(P, 2)` pairs never active together.
         settings: as asked for.
+        correctives: which weights follow from others; None if all are free.
+        contacts: what closes with the actor; None if nothing is made to.
     """
 
     shapes: Floats
@@ -53,6 +60,8 @@ class FrameSolver:
     upper: Floats
     exclusive: Ints
     settings: SolveSettings
+    correctives: Correctives | None = None
+    contacts: Contacts | None = None
 
     def problem(self, seen: Flags) -> tuple[LassoProblem, Floats]:
         """Return the problem for frames that see these markers `(M,)`, and `2/M Δp` for its data vectors."""
@@ -87,9 +96,7 @@ class FrameSolver:
             if key not in problems:
                 problems[key] = self.problem(seen[begin])
             problem, scaled = problems[key]
-            solved = solve_lasso(
-                problem, data[begin:end] @ scaled.T, before, smoothness=self._smoothness(fps), tol=TOLERANCE
-            )
+            solved = self._minimised(problem, data[begin:end] @ scaled.T, take[begin:end], before, fps)
             weights[begin:end] = solved.weights
             before = solved.weights[-1]
             worst = max(worst, float(solved.kkt.max()))
@@ -102,7 +109,21 @@ class FrameSolver:
             return np.zeros(len(self.shapes)) if before is None else before
         problem, scaled = self._whole if seen.all() else self.problem(seen)
         q = np.where(seen[:, None], displacements, 0.0).ravel() @ scaled.T
-        return solve_lasso(problem, q, before, smoothness=self._smoothness(fps), tol=TOLERANCE).weights
+        return self._minimised(problem, q, displacements, before, fps).weights
+
+    def _minimised(
+        self, problem: LassoProblem, q: Floats, displacements: Floats, before: Floats | None, fps: float
+    ) -> LassoSolution:
+        """Solve one frame or several that see the same markers, given their data vectors too."""
+        smoothness, varying = self._smoothness(fps), None
+        if self.contacts is not None:
+            closed = self.contacts.closed(displacements)
+            q, varying = q + closed @ self.contacts.pulls, Varying(self.contacts.forms, closed)
+        if self.correctives is not None:
+            return solve_driven(
+                problem, self.correctives, q, before, smoothness=smoothness, tol=TOLERANCE, varying=varying
+            )
+        return solve_lasso(problem, q, before, smoothness=smoothness, tol=TOLERANCE, varying=varying)
 
     def _smoothness(self, fps: float) -> float:
         """Return what a squared change between frames costs: a weight that moves at one speed pays alike at any rate."""
@@ -123,38 +144,44 @@ def _runs(seen: Flags) -> list[tuple[int, int]]:
 def frame_solver(
     shapes: Floats,
     names: Sequence[str],
-    bent: Floats,
+    unlikely: Floats,
     confidence: Floats,
     settings: SolveSettings,
     cost: Floats | None = None,
+    correctives: Correctives | None = None,
 ) -> FrameSolver:
     """Assemble the per-frame problem (eq. 16).
 
     Args:
         shapes: `(K, M, 3)` the actor's own blendshapes [cm].
         names: their `K` names.
-        bent: `(K, K)` Gram matrix of the prior, see `bending`.
+        unlikely: `(K, K)` quadratic form of the prior, see `PRIORS`.
         confidence: `(M,)` how much each marker counts.
         settings: the knobs.
         cost: `(K,)` factors on ν, see `visibility`; 1 if None.
+        correctives: which weights follow from others.
 
     Raises:
-        InputError: a setting names an unknown shape.
+        InputError: a setting names an unknown shape, or pairs exclude each other on a rig with correctives.
     """
     k = len(names)
     symmetric = pair_indices(names, settings.symmetric)
     movement = (shapes**2).sum(axis=2) @ confidence / max(confidence.sum(), 1e-12)
-    regular = 2 * settings.prior * bent + 2 * settings.damping * np.diag(movement)
+    regular = 2 * settings.prior * unlikely + 2 * settings.damping * np.diag(movement)
     regular += symmetric_penalty(k, [(int(a), int(b)) for a, b in symmetric], settings.symmetry)
     l1 = settings.sparsity / k * (np.ones(k) if cost is None else cost)
     for name, factor in settings.shape_sparsity.items():
         if name not in names:
             raise InputError(unknown("blendshape", name, names))
         l1[names.index(name)] *= factor
+    l1 += settings.prior * PRIORS[settings.prior_kind].absolute
     low, high = settings.bounds or (-np.inf, np.inf)
     off = np.isin(names, settings.kept_at_rest(names))
     lower, upper = np.where(off, 0.0, low), np.where(off, 0.0, high)
-    return FrameSolver(shapes, confidence, regular, l1, lower, upper, pair_indices(names, settings.exclusive), settings)
+    exclusive = pair_indices(names, settings.exclusive)
+    if correctives is not None and len(exclusive):
+        raise InputError("exclusive pairs cannot be kept on a rig with correctives; leave out one or the other.")
+    return FrameSolver(shapes, confidence, regular, l1, lower, upper, exclusive, settings, correctives)
 
 
 def pair_indices(names: Sequence[str], pairs: Sequence[tuple[str, str]]) -> Ints:

@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 
 from mien.core import InputError
+from mien.core.errors import unknown
+from mien.retargeting.prior import PRIORS
 
 
 @dataclass(frozen=True)
@@ -19,7 +21,8 @@ class SolveSettings:
     The defaults are those that measure best (docs/accuracy.md); `PAPER` holds the published ones.
 
     Attributes:
-        prior: µ, how strongly bending of the character's surface is avoided.
+        prior: µ, how strongly unlikely faces are avoided.
+        prior_kind: what makes a face unlikely, a key of `PRIORS`: bending of the surface as published, or another.
         sparsity: ν, how strongly small weights are pulled to exactly zero; weakens expressions.
         damping: ρ, the share of a shape's movement that may be wrong; keeps shapes from
             working against each other.
@@ -30,6 +33,8 @@ class SolveSettings:
             left in, they take over the jaw's curve. Shapes that match are used all the same if
             the character has no others.
         unseen: whether a shape costs more the more it moves the face where no marker is.
+        contact: the cost of a squared gap [1/cm²] between the character's lids or lips where the
+            actor's touch; 0 asks for none.
         shape_sparsity: per-shape factors on ν, by name.
         exclusive: pairs of shapes that are never active together.
         symmetric: pairs of shapes drawn towards equal weights.
@@ -37,22 +42,26 @@ class SolveSettings:
     """
 
     prior: float = 0.0
+    prior_kind: str = "geometric"
     sparsity: float = 0.0002
     damping: float = 0.003
     smooth: float = 0.002
     bounds: tuple[float, float] | None = (0.0, 1.0)
     off: Sequence[str] = ("viseme_*",)
     unseen: bool = True
+    contact: float = 0.0
     shape_sparsity: Mapping[str, float] = field(default_factory=dict)
     exclusive: Sequence[tuple[str, str]] = ()
     symmetric: Sequence[tuple[str, str]] = ()
     symmetry: float = 0.1
 
     def __post_init__(self) -> None:
-        for name in ("prior", "sparsity", "damping", "smooth", "symmetry"):
+        for name in ("prior", "sparsity", "damping", "smooth", "contact", "symmetry"):
             value = getattr(self, name)
             if not (np.isfinite(value) and value >= 0):
                 raise InputError(f"{name} must be a number of at least 0, but is {value}.")
+        if self.prior_kind not in PRIORS:
+            raise InputError(unknown("prior", self.prior_kind, PRIORS))
         if self.bounds is not None and not self.bounds[0] <= 0 <= self.bounds[1]:
             raise InputError(
                 f"the bounds must enclose 0 (the neutral), but are {self.bounds[0]:g} … {self.bounds[1]:g}."

@@ -7,8 +7,8 @@ take and a live stream give the same weights.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -16,9 +16,10 @@ from mien.capture import Stabiliser
 from mien.core import Clip, Correspondence, InputError, Markers, Note, Report, Rig
 from mien.core.arrays import Floats
 from mien.geometry.align import Similarity, inverse_rigid, transform
+from mien.retargeting.contact import find_contacts
 from mien.retargeting.energy import FrameSolver, frame_solver
 from mien.retargeting.prepare import Prepared
-from mien.retargeting.prior import bending
+from mien.retargeting.prior import PRIORS
 from mien.retargeting.settings import SolveSettings
 from mien.retargeting.visibility import cost_of_unseen
 
@@ -32,10 +33,12 @@ class State(NamedTuple):
     Attributes:
         weights: `(K,)` the last weights; None before the first frame.
         motion: `(4, 4)` the last head motion, in the actor's space.
+        left: `(M, 3)` what the last weights left of the displacements, for methods that match movements [cm].
     """
 
     weights: Floats | None
     motion: Floats
+    left: Floats | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +60,8 @@ class ShapeRetargeter:
         notes: of the fit.
         alignment: what the fit found on the way, for looking into; None once saved.
     """
+
+    unseen_are: ClassVar[str] = "hold the frame before"
 
     method: str
     names: tuple[str, ...]
@@ -89,10 +94,14 @@ class ShapeRetargeter:
         if not markers.seen.any():
             raise InputError("no frame of the performance sees any of the paired markers.")
         take, motion = self.displacements(markers.points)
-        weights, residual = self.solver.batch(take, markers.fps)
+        weights, residual = self.solved(take, markers.fps)
         head = None if motion is None else self.placement.conjugate(motion)
         clip = Clip(self.names, weights, markers.fps, head)
         return clip, self._report(take, weights, residual, markers)
+
+    def solved(self, take: Floats, fps: float) -> tuple[Floats, float]:
+        """Return weights `(F, K)` of a take `(F, M, 3)` [cm], and the largest KKT residual."""
+        return self.solver.batch(take, fps)
 
     def start(self) -> State:
         """Begin with no frame before."""
@@ -100,15 +109,26 @@ class ShapeRetargeter:
 
     def step(self, state: State, frame: Floats) -> tuple[State, Floats]:
         """Map one frame of markers `(M, 3)`, NaN where missing, to `(K,)` weights."""
+        moved, motion = self.still(frame, state.motion)
+        weights = self.solver.step(moved, state.weights, self.fps)
+        return State(weights, motion), weights
+
+    def still(self, frame: Floats, motion: Floats) -> tuple[Floats, Floats]:
+        """Return how far one frame's points are from the neutral with the head held still, and the head's motion.
+
+        Args:
+            frame: `(M, 3)` points, NaN where missing.
+            motion: `(4, 4)` of the frame before; kept where too few points tell.
+
+        Returns:
+            `(M, 3)` [cm] and `(4, 4)`.
+        """
         points = np.asarray(frame, dtype=np.float64)[None]
-        motion = state.motion
         if self.stabiliser is not None:
             if (self.stabiliser.stability * ~np.isnan(points[0, :, 0]) > 0).sum() >= 3:
                 motion = self.stabiliser(points)[1][0]
             points = transform(inverse_rigid(motion[None]), points)
-        take = (points - self.neutral) / self.centimetre
-        weights = self.solver.step(take[0], state.weights, self.fps)
-        return State(weights, motion), weights
+        return np.asarray((points[0] - self.neutral) / self.centimetre), motion
 
     def displacements(self, points: Floats) -> tuple[Floats, Floats | None]:
         """Return how far points `(F, M, 3)` are from the neutral with the head held still [cm], and its motion."""
@@ -129,7 +149,7 @@ class ShapeRetargeter:
         notes = [*self.notes]
         blind = int((count == 0).sum())
         if blind:
-            notes.append(Note("frames-held", f"{blind} frames see no marker and hold the frame before."))
+            notes.append(Note("frames-held", f"{blind} frames see no marker and {self.unseen_are}."))
         gain = float((fitted * actual).sum() / moved) if moved > 0 else float("nan")
         if gain < POOR_GAIN:
             text = f"only {gain:.0%} of the actor's movement is found again in the character: check the pairs, or look for stray markers."
@@ -172,9 +192,14 @@ def shape_retargeter(
     if off:
         text = f"{len(off)} shapes are kept at rest, as the parameter off says: {', '.join(off)}."
         notes = (*notes, Note("shapes-off", text))
-    bent = bending(character, terms.character_centimetre) if settings.prior > 0 else np.zeros((len(names), len(names)))
+    prior = PRIORS[settings.prior_kind if settings.prior > 0 else "none"]
+    unlikely = prior.quadratic(character, terms.character_centimetre)
     cost = cost_of_unseen(character, prepared.pairs) if settings.unseen else np.ones(len(names))
-    solver = frame_solver(shapes, names, bent, np.asarray(prepared.pairs.confidence), settings, cost)
+    confidence = np.asarray(prepared.pairs.confidence)
+    solver = frame_solver(shapes, names, unlikely, confidence, settings, cost, character.correctives)
+    if settings.contact > 0:
+        contacts, remark = find_contacts(character, prepared, settings.contact)
+        solver, notes = replace(solver, contacts=contacts), (*notes, remark)
     return ShapeRetargeter(
         method,
         names,

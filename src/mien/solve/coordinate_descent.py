@@ -303,6 +303,8 @@ def minimise_frames(
     lower: Floats,
     upper: Floats,
     pairs: Ints,
+    forms: Floats,
+    shares: Floats,
     smoothness: float,
     previous: bool,
     frames: Floats,
@@ -313,7 +315,10 @@ def minimise_frames(
     tolerances: Floats,
     max_sweeps: int,
 ) -> None:
-    """Solve frame after frame, each from the one before; `w` holds the frame before the first if `previous`."""
+    """Solve frame after frame, each from the one before; `w` holds the frame before the first if `previous`.
+
+    Of `forms` `(R, K, K)` each frame has its own `shares` `(F, R)` added to the matrix.
+    """
     size = len(l1)
     work = (
         np.empty((size, size)),
@@ -322,12 +327,13 @@ def minimise_frames(
         np.empty(size),
         np.zeros(1, np.int64),
     )
-    pull = 2 * smoothness if previous else 0.0
-    matrix = gram + pull * np.eye(size)
+    matrix, pull = gram, 0.0
     for f in range(len(frames)):
-        if f == 1 and not previous:
-            pull = 2 * smoothness
+        if f == 0 or (f == 1 and not previous) or (shares[f] != shares[f - 1]).any():
+            pull = 2 * smoothness if previous or f > 0 else 0.0
             matrix = gram + pull * np.eye(size)
+            for r in range(len(forms)):
+                matrix += shares[f, r] * forms[r]
             work[-1][0] = 0
         q = frames[f] + pull * w
         left[f], sweeps[f] = minimise_exclusive(matrix, l1, lower, upper, pairs, q, w, work, tolerances[f], max_sweeps)

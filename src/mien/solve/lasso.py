@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -105,6 +106,18 @@ class LassoProblem:
         return np.asarray(worst / np.where(worst > 0, self.scale(q), 1.0))
 
 
+class Varying(NamedTuple):
+    """What single frames add to the matrix that all share.
+
+    Attributes:
+        forms: `(R, K, K)` positive semi-definite matrices.
+        shares: `(R,)` or `(F, R)`, as `q` is: how much of each a frame adds to `Q`, 0 or more.
+    """
+
+    forms: Floats
+    shares: Floats
+
+
 @dataclass(frozen=True, eq=False)
 class LassoSolution:
     """Weights, and how good they are.
@@ -131,6 +144,7 @@ def solve_lasso(
     smoothness: float = 0.0,
     tol: float = 1e-6,
     max_sweeps: int = 1000,
+    varying: Varying | None = None,
 ) -> LassoSolution:
     """Find the optimal weights of one frame or of a clip (Ribera et al. 2017, eq. 16).
 
@@ -153,6 +167,7 @@ def solve_lasso(
         smoothness: `S`, in the unit of `Q`; larger follows more slowly.
         tol: the KKT residual to reach, see `LassoProblem.kkt`.
         max_sweeps: rounds after which a frame is given up; `converged` tells.
+        varying: what single frames add to `Q`.
 
     Raises:
         InputError: wrong shapes, or a value of `q` that is not finite (the frame is named).
@@ -161,7 +176,7 @@ def solve_lasso(
         raise InputError(f"the smoothness must be a finite number, 0 or more, but is {smoothness}.")
     if not tol > 0:
         raise InputError(f"the tolerance must be positive, but is {tol}.")
-    values = _frames(q, len(problem))
+    values = frames_of(q, len(problem))
     frames = np.ascontiguousarray(np.atleast_2d(values))
     w = np.zeros(len(problem)) if start is None else np.array(floats(start, (len(problem),), "the starting weights"))
     weights, left = np.empty_like(frames), np.empty(len(frames))
@@ -173,6 +188,7 @@ def solve_lasso(
         problem.lower.copy(),
         problem.upper.copy(),
         problem.exclusive,
+        *shares_of(varying, frames),
         float(smoothness),
         start is not None,
         frames,
@@ -212,7 +228,28 @@ def _per_shape(value: ArrayLike, size: int, what: str) -> Floats:
     return np.array(np.broadcast_to(array, (size,)))
 
 
-def _frames(q: ArrayLike, size: int) -> Floats:
+def shares_of(varying: Varying | None, frames: Floats) -> tuple[Floats, Floats]:
+    """Return forms `(R, K, K)` and shares `(F, R)` of frames `(F, K)`.
+
+    Raises:
+        InputError: shapes that do not belong to these frames, or a share that is negative or not finite.
+    """
+    count, size = frames.shape
+    if varying is None:
+        return np.zeros((0, size, size)), np.zeros((count, 0))
+    forms = floats(varying.forms, (None, size, size), "the varying forms")
+    shares = floats(np.atleast_2d(varying.shares), (count, len(forms)), "the shares of varying forms")
+    if (shares < 0).any():
+        raise InputError("the shares of varying forms must not be negative.")
+    return np.array(forms), np.array(shares)
+
+
+def frames_of(q: ArrayLike, size: int) -> Floats:
+    """Return data vectors `(size,)` or `(F, size)` as they are.
+
+    Raises:
+        InputError: another shape, or a value that is not finite (the frame is named).
+    """
     values = np.asarray(q, dtype=np.float64)
     if values.ndim not in (1, 2) or values.shape[-1] != size:
         raise InputError(f"the data vectors must have shape ({size},) or (frames, {size}), but have {values.shape}.")

@@ -9,14 +9,14 @@ Differs from the paper: see `docs/range-of-motion.md`.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
 import numpy as np
 from scipy import sparse
 
 from mien.capture import Neutral
-from mien.core import Clip, Correspondence, Examples, InputError, Markers, Note, Rig
+from mien.core import Clip, Correctives, Correspondence, Examples, InputError, Markers, Note, Rig
 from mien.core.arrays import Floats, Ints
 from mien.core.errors import unknown
 from mien.geometry.laplacian import cotangent_laplacian, triangulate_markers
@@ -122,13 +122,19 @@ class RangeOfMotion:
         """
         take, correspondence = check_markers(training, pairs, self.name)
         prepared = prepare(character, take, correspondence, neutral=neutral, rigid=rigid, head_moves=head_moves)
-        alignment = self.align(prepared, character.blendshapes.names, examples)
+        alignment = self.align(prepared, character.blendshapes.names, examples, character.correctives)
         evidence, notes = evidence_of(alignment, prepared.terms.deltas, character.blendshapes.names)
         return shape_retargeter(
             self.name, character, prepared, alignment.personal, self.solve, evidence, notes, alignment
         )
 
-    def align(self, prepared: Prepared, names: Sequence[str], examples: Examples | None = None) -> Alignment:
+    def align(
+        self,
+        prepared: Prepared,
+        names: Sequence[str],
+        examples: Examples | None = None,
+        correctives: Correctives | None = None,
+    ) -> Alignment:
         """Find the actor's own blendshapes: similarity, key expressions, alignment (§4)."""
         shapes = prepared.terms.deltas
         seen = ~np.isnan(prepared.take).any(axis=(1, 2))
@@ -157,7 +163,7 @@ class RangeOfMotion:
             personal, residual = solution.P, solution.residual
         else:
             guess, residual = shapes, 0.0
-            take = _take_of(prepared, frames, names, self.solve.off, examples)
+            take = replace(_take_of(prepared, frames, names, self.solve.off, examples), correctives=correctives)
             personal = personalise(guess, take, self.refit, full_range=self.full_range)
         count = len(prepared.take)
         kept = Similarity(

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from mien.core import Correctives
 from mien.core.arrays import Flags, Floats
 from mien.retargeting.energy import frame_solver
 from mien.retargeting.settings import SolveSettings, in_range
@@ -61,6 +62,7 @@ class Take:
         off: shapes that are never used, by name or pattern.
         labelled: `(E, M, 3)` frames that a person has labelled [cm].
         labels: `(E, K)` the weights there; NaN where not labelled.
+        correctives: which shapes follow from others.
     """
 
     names: Sequence[str]
@@ -69,12 +71,14 @@ class Take:
     off: Sequence[str]
     labelled: Floats
     labels: Floats
+    correctives: Correctives | None = None
 
     def weights(self, shapes: Floats, frames: Floats, highest: float) -> Floats:
         """Solve frames `(F, M, 3)` with shapes `(K, M, 3)` for weights `(F, K)` from 0 to `highest`."""
         count = len(shapes)
         settings = SolveSettings(smooth=SMOOTH, bounds=(0.0, highest), off=self.off)
-        solver = frame_solver(shapes, self.names, np.zeros((count, count)), self.confidence, settings)
+        none = np.zeros((count, count))
+        solver = frame_solver(shapes, self.names, none, self.confidence, settings, correctives=self.correctives)
         return solver.batch(frames)[0]
 
     @property
@@ -121,6 +125,8 @@ def calibrated(shapes: Floats, take: Take, full: float, share: float = 1.0) -> F
     strongest = np.quantile(take.weights(shapes, take.frames, LARGEST), full, axis=0)
     told = (strongest > SHOWN) & ~take.known
     scale = np.where(told, np.clip(strongest, SHOWN, LARGEST), 1.0) ** share
+    if take.correctives is not None:
+        scale = _driven(scale, take.correctives)
     return np.asarray(shapes * scale[:, None, None])
 
 
@@ -151,3 +157,11 @@ def refitted(shapes: Floats, take: Take, refit: Refit) -> Floats:
     systems = counted @ weights + hold.T[:, :, None] * np.eye(count)
     targets = (load + hold[:, :, None] * shapes).transpose(1, 0, 2)
     return np.asarray(np.linalg.solve(systems, targets).transpose(1, 0, 2))
+
+
+def _driven(scale: Floats, correctives: Correctives) -> Floats:
+    """Let a combination grow as its drivers do, whose product it goes with; an in-between stays as it is."""
+    result = scale.copy()
+    drivers = np.append(scale, 1.0)[correctives.drivers]
+    result[correctives.shapes] = np.where(correctives.at < 1, 1.0, drivers).prod(axis=1)
+    return result
