@@ -11,7 +11,10 @@ from mien.core.arrays import Floats
 
 
 class Retargeter(Protocol):
-    """A fitted method: frozen, shareable, and the same answer for whole takes and frame by frame."""
+    """A fitted method: frozen, shareable, and the same answer for whole takes and frame by frame.
+
+    Of a method that is not `causal`, frame by frame is an approximation, since it knows no later frames.
+    """
 
     def retarget(self, performance: Any) -> tuple[Clip, Report]:
         """Map a whole performance onto the character."""
@@ -35,7 +38,10 @@ class Retargeter(Protocol):
 
 
 class Method(Protocol):
-    """Frozen parameters of one published system or baseline."""
+    """Frozen parameters of one published system or baseline.
+
+    A method whose whole takes depend on later frames says so: `causal: ClassVar[bool] = False`.
+    """
 
     name: ClassVar[str]
     about: ClassVar[str]

@@ -11,6 +11,7 @@ from mien.core import InputError
 from mien.core.errors import unknown
 from mien.retargeting.copying import Copy
 from mien.retargeting.direct import Direct
+from mien.retargeting.example_based import ExampleBased
 from mien.retargeting.few_labels import Latent
 from mien.retargeting.latent.method import Sgplvm
 from mien.retargeting.layers import Layers
@@ -18,9 +19,11 @@ from mien.retargeting.method import Method
 from mien.retargeting.range_of_motion import RangeOfMotion
 from mien.retargeting.rbf import Rbf
 from mien.retargeting.regression.methods import CrossMapping, Gpr, Ridge, Svr
+from mien.retargeting.spacetime import Spacetime
 
 _ROWS: tuple[type[Method], ...] = (
     *(RangeOfMotion, Layers, Latent),
+    *(ExampleBased, Spacetime),
     *(Rbf, Direct, Copy),
     *(Sgplvm, Gpr, Svr, Ridge, CrossMapping),
 )
@@ -98,6 +101,7 @@ def _bounds(text: str) -> tuple[float, float] | None:
 WRITTEN: dict[str, tuple[Callable[[str], Any], str]] = {
     "masks": (_names, "vertex groups, as in body,mouths,eyes"),
     "lips": (_names, "two markers, as in Mouth_Up,Mouth_Down"),
+    "regions": (_names, "words in names, as in brow,eye; or auto"),
     "planar": (_names, "names of markers, as in lip_1,lip_2"),
     "off": (_names, "names or patterns, as in viseme_*,tongueOut"),
     "exclusive": (_pairs, "pairs, as in jawLeft:jawRight,mouthLeft:mouthRight"),

@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mien.capture import Stabiliser
-from mien.core import InputError, Note
+from mien.core import Correctives, InputError, Note
 from mien.geometry.align import Similarity
 from mien.retargeting.by_example import ExampleRetargeter
+from mien.retargeting.contact import Contacts
 from mien.retargeting.copying import Copier
 from mien.retargeting.energy import FrameSolver
 from mien.retargeting.layers import LayeredRetargeter
@@ -19,6 +20,9 @@ from mien.retargeting.saved_examples import packed_examples, unpacked_examples
 from mien.retargeting.saved_layers import packed_layers, unpacked_layers
 from mien.retargeting.settings import SolveSettings
 from mien.retargeting.shape_retargeter import ShapeRetargeter
+from mien.retargeting.spacetime import SpacetimeRetargeter
+
+CONTACTS = ("forms", "pulls", "reading", "open", "shut")
 
 Packed = tuple[dict[str, Any], dict[str, NDArray[Any]]]
 
@@ -32,6 +36,9 @@ def packed(retargeter: Any) -> Packed:
     if isinstance(retargeter, Copier):
         values = {"kind": "copy", "sources": retargeter.sources, "names": retargeter.names}
         return {**values, "notes": _notes(retargeter.notes)}, {"matrix": retargeter.matrix}
+    if isinstance(retargeter, SpacetimeRetargeter):
+        header, arrays = _packed_shapes(retargeter)
+        return header | {"kind": "spacetime", "velocity": retargeter.velocity}, arrays
     if isinstance(retargeter, ShapeRetargeter):
         return _packed_shapes(retargeter)
     if isinstance(retargeter, ExampleRetargeter):
@@ -52,6 +59,8 @@ def unpacked(header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> A
             return Copier(tuple(header["sources"]), tuple(header["names"]), arrays["matrix"], _noted(header))
         if header["kind"] == "shapes":
             return _unpacked_shapes(header, arrays)
+        if header["kind"] == "spacetime":
+            return SpacetimeRetargeter.of(_unpacked_shapes(header, arrays), float(header["velocity"]))
         if header["kind"] == "examples":
             return unpacked_examples(header, arrays)
         if header["kind"] == "layers":
@@ -92,6 +101,11 @@ def _packed_shapes(fitted: ShapeRetargeter) -> Packed:
     }
     if fitted.stabiliser is not None:
         arrays["stability"] = fitted.stabiliser.stability
+    if solver.contacts is not None:
+        header["contacts"] = solver.contacts.names
+        arrays |= {f"contact_{name}": getattr(solver.contacts, name) for name in CONTACTS}
+    if solver.correctives is not None:
+        arrays |= {f"corrective_{name}": getattr(solver.correctives, name) for name in ("shapes", "drivers", "at")}
     return header, arrays
 
 
@@ -120,6 +134,8 @@ def _unpacked_shapes(header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any
     solver = FrameSolver(
         **{name: arrays[name] for name in ("shapes", "confidence", "regular", "l1", "lower", "upper", "exclusive")},
         settings=SolveSettings(**settings),
+        correctives=_correctives(arrays, k),
+        contacts=_contacts(header, arrays, k, m),
     )
     stabiliser = None
     if header["softness"] is not None:
@@ -139,6 +155,26 @@ def _unpacked_shapes(header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any
         header["neutral_frame"],
         _noted(header),
     )
+
+
+def _contacts(header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]], k: int, m: int) -> Contacts | None:
+    if "contacts" not in header:
+        return None
+    r = len(header["contacts"])
+    found = {name: arrays[f"contact_{name}"] for name in CONTACTS}
+    for (name, array), shape in zip(found.items(), ((r, k, k), (r, k), (r, m, 3), (r,), (r,)), strict=True):
+        if array.shape != shape or not np.isfinite(array).all():
+            raise ValueError(f"contact_{name} has shape {array.shape}, not {shape} finite numbers")
+    return Contacts(tuple(header["contacts"]), **found)
+
+
+def _correctives(arrays: Mapping[str, NDArray[Any]], count: int) -> Correctives | None:
+    if "corrective_shapes" not in arrays:
+        return None
+    found = Correctives(*(arrays[f"corrective_{name}"] for name in ("shapes", "drivers", "at")))
+    if found.last >= count:
+        raise ValueError("the correctives name shapes that are not there")
+    return found
 
 
 def _notes(notes: tuple[Note, ...]) -> list[list[str]]:
