@@ -23,7 +23,12 @@ def fit(
     examples: options.Examples = None,
     animation: options.Animation = None,
     extremes: options.Extremes = None,
+    correctives: options.Correctives = None,
+    targets: options.Targets = None,
+    poses: options.Poses = None,
     rigid: options.Rigid = None,
+    prior: options.Prior = None,
+    contact: options.Contact = None,
     set_: options.Set = None,
     json: options.Json = False,
     quiet: options.Quiet = False,
@@ -37,12 +42,14 @@ def fit(
 
       mien fit take.c3d hero.glb --method latent --examples labels.csv --animation walk.glb -o hero.mien
     """
-    from mien.cli.parse import assignments
+    from mien.cli.parse import assignments, prior_weights
     from mien.cli.say import console, print_json, print_notes, stages
     from mien.job.model import SUFFIX, save_model
     from mien.job.outputs import check_place, inputs_of
     from mien.job.retarget import Request, fit
 
+    settings = assignments(set_ or []) | prior_weights(prior or [])
+    settings |= {} if contact is None else {"contact": contact}
     request = Request(
         training,
         character,
@@ -55,9 +62,12 @@ def fit(
         count,
         examples,
         tuple(rigid or ()),
-        settings=assignments(set_ or []),
+        settings=settings,
         extremes=extremes,
         animations=tuple(animation or ()),
+        correctives=correctives,
+        targets=targets,
+        poses=poses,
     )
     check_place(output, inputs_of(request), [SUFFIX], "a fitted model")
     with stages(quiet) as stage:

@@ -10,7 +10,7 @@ import typer
 PerformanceFile = Annotated[
     Path, typer.Argument(help="What the actor did: .c3d .trc markers, .glb animated face, .csv weights.")
 ]
-Method = Annotated[str, typer.Option(help="See `mien methods`.")]
+Method = Annotated[str, typer.Option(help="See `mien methods`; auto chooses by what is given, and says why.")]
 Actor = Annotated[Path | None, typer.Option(help="The actor's rig, when the performance is weights.")]
 Neutral = Annotated[str | None, typer.Option(help="The actor's neutral: a frame number or a file; found if not given.")]
 Pairs = Annotated[Path | None, typer.Option(help="Which point is which (.pairs.json).")]
@@ -33,7 +33,29 @@ Extremes = Annotated[
     Path | None,
     typer.Option(help="For layers: which frame of the training take shows which extreme (.csv: layer,extreme,frame)."),
 ]
+Targets = Annotated[
+    str | None,
+    typer.Option(help="What is driven: shapes or bones. Bones only if it has no shapes, unless said.", metavar="WHAT"),
+]
+Poses = Annotated[
+    Path | None,
+    typer.Option(help="Named poses of the character's bones: a .glb with an animation each, or a .json with its .bvh."),
+]
 Rigid = Annotated[list[str] | None, typer.Option(help="A marker that rides on the skull; repeat for several.")]
+Correctives = Annotated[
+    Path | None,
+    typer.Option(help="Which shapes follow from others: combinations and in-betweens (.json); they are solved for."),
+]
+Prior = Annotated[
+    list[str] | None,
+    typer.Option(
+        help="NAME or NAME=WEIGHT: what makes a face likely (geometric, l2, elastic-net, pca, none), or sparsity=WEIGHT."
+    ),
+]
+Contact = Annotated[
+    float | None,
+    typer.Option(help="How strongly lids and lips close where the actor's do; 1 is much. Needs iBUG landmarks."),
+]
 Set = Annotated[
     list[str] | None,
     typer.Option("--set", help="A parameter of the method, KEY=VALUE; `mien methods NAME` lists them."),

@@ -7,8 +7,6 @@ from typing import Any
 
 import typer
 
-PRIORS = {"geometric": "prior", "sparsity": "sparsity"}
-
 
 def assignments(items: Sequence[str]) -> dict[str, Any]:
     """Read KEY=VALUE items."""
@@ -16,13 +14,21 @@ def assignments(items: Sequence[str]) -> dict[str, Any]:
 
 
 def prior_weights(items: Sequence[str]) -> dict[str, Any]:
-    """Read NAME=WEIGHT items of `--prior` into the solve's parameters."""
-    settings = {}
+    """Read NAME and NAME=WEIGHT items of `--prior` into the solve's parameters."""
+    from mien.retargeting.prior import PRIORS
+
+    settings: dict[str, Any] = {}
     for item in items:
-        name, weight = _split(item, "--prior")
+        name, weight = _split(item, "--prior") if "=" in item else (item.strip(), None)
+        if name == "sparsity" and weight is not None:
+            settings["sparsity"] = weight
+            continue
         if name not in PRIORS:
-            raise typer.BadParameter(f"unknown prior {name!r}; known: {', '.join(PRIORS)}.", param_hint="--prior")
-        settings[PRIORS[name]] = weight
+            known = ", ".join([*PRIORS, "sparsity=WEIGHT"])
+            raise typer.BadParameter(f"unknown prior {name!r}; known: {known}.", param_hint="--prior")
+        if "prior_kind" in settings:
+            raise typer.BadParameter(f"{settings['prior_kind']} and {name}: only one at a time.", param_hint="--prior")
+        settings |= {"prior_kind": name, "prior": PRIORS[name].usual if weight is None else weight}
     return settings
 
 

@@ -38,6 +38,9 @@ def retarget(
     examples: options.Examples = None,
     animation: options.Animation = None,
     extremes: options.Extremes = None,
+    correctives: options.Correctives = None,
+    targets: options.Targets = None,
+    poses: options.Poses = None,
     rigid: options.Rigid = None,
     bounds: Annotated[
         tuple[float, float] | None, typer.Option(help="Lowest and highest weight.", metavar="LO HI")
@@ -45,7 +48,8 @@ def retarget(
     smooth: Annotated[
         float | None, typer.Option(help="Resistance to change between frames; a held pose is held.")
     ] = None,
-    prior: Annotated[list[str] | None, typer.Option(help="NAME=WEIGHT: geometric (bending) or sparsity.")] = None,
+    prior: options.Prior = None,
+    contact: options.Contact = None,
     exclusive: Annotated[list[str] | None, typer.Option(help="A,B: shapes never active together; repeat.")] = None,
     symmetric: Annotated[
         list[str] | None, typer.Option(help="A,B: shapes drawn towards equal weights; repeat.")
@@ -93,6 +97,7 @@ def retarget(
     given = {
         "bounds": bounds,
         "smooth": smooth,
+        "contact": contact,
         "exclusive": pair_names(exclusive or [], "--exclusive") or None,
         "symmetric": pair_names(symmetric or [], "--symmetric") or None,
     }
@@ -113,6 +118,9 @@ def retarget(
         settings,
         extremes,
         tuple(animation or ()),
+        correctives,
+        targets,
+        poses,
     )
     given_files = [*inputs_of(request), *([onto] if onto else [])]
     check_outputs(output, given_files, report=report, csv_format=csv_format)

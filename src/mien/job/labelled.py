@@ -18,6 +18,7 @@ from mien.core.anatomy import AXES
 from mien.core.errors import unknown
 from mien.geometry.puppet import Puppet
 from mien.io.formats import format_of, read_clip, read_rig
+from mien.job.bones import with_head
 from mien.job.layers import own_points, rest_of
 from mien.job.pairs import OWN, find_pairs
 from mien.job.performance import Performance
@@ -151,9 +152,7 @@ def with_bones(clip: Clip, rig: Rig | None) -> Clip:
     puppet = Puppet.of(rig)
     names = [clip.names[i] for i in turned]
     joints = np.array([puppet.joint_matrices(dict(zip(names, row, strict=True))) for row in clip.values[:, turned]])
-    if clip.head is not None:
-        joints = clip.head[:, None] @ joints
-    return replace(clip, joints=joints)
+    return replace(clip, joints=with_head(joints, clip.head, rig.skeleton))
 
 
 def bones_of(rig: Rig) -> tuple[str, ...]:

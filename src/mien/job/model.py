@@ -8,6 +8,7 @@ from typing import Any
 from mien.core import Correspondence, FileError, InputError, Rig, SurfacePoints
 from mien.io.archive import read_archive, write_archive
 from mien.io.formats import read_rig
+from mien.job.bones import Driven, packed_bones, unpacked_bones
 from mien.job.labelled import bones_of
 from mien.job.performance import load_performance
 from mien.job.retarget import Fitted, Progress, Request, Result, play, stopwatch
@@ -29,6 +30,9 @@ def save_model(path: Path, fitted: Fitted) -> None:
     source = fitted.character.source if fitted.character is not None else None
     header |= {"format": FORMAT, "version": VERSION, "character": str(source.resolve()) if source else None}
     header["parameters_alone"] = fitted.character is None
+    if fitted.bones is not None:
+        own, more = packed_bones(fitted.bones)
+        header, arrays = header | own, arrays | more
     pairs = fitted.pairs
     if pairs is not None:
         header["pairs"] = pairs.names
@@ -58,11 +62,14 @@ def load_model(path: Path, character: Path | None = None) -> Fitted:
     try:
         retargeter = unpacked(header, arrays)
         pairs = _pairs(header, arrays)
+        bones = unpacked_bones(header, arrays, rig)
     except (InputError, KeyError, TypeError) as error:
         raise FileError(f"{path}: {error}") from None
-    if rig is not None:
+    if bones is not None and rig is not None:
+        retargeter = Driven(rig, bones).solved(retargeter, pairs)
+    elif rig is not None:
         _check_shapes(retargeter.names, rig, path)
-    return Fitted(retargeter, rig, pairs)
+    return Fitted(retargeter, rig, pairs, bones=bones)
 
 
 def replay(request: Request, character: Path | None = None, progress: Progress = lambda stage: None) -> Result:

@@ -11,6 +11,7 @@ from mien.core import Clip, FileError, Note
 from mien.core.errors import unknown
 from mien.io.files import written_whole
 from mien.io.formats import FORMATS, write_clip
+from mien.job.exact import MESHES, exactly, write_shown
 from mien.job.pairs import OWN
 from mien.job.retarget import Request, Result
 from mien.vocabularies import ARKIT_NAMES, match
@@ -72,12 +73,16 @@ def write_outputs(
         path for path in outputs if path.suffix.lower() == ".gltf"
     ]  # named by its .bin, so written in place, last
     whole = [path for path in outputs if path not in in_parts]
+    shown = exactly(result)
     with _written_together([*whole, *([report] if report else [])]) as places:
         if report is not None:
             from mien.job.account import write_report  # pictures and diagrams take a while to load
 
-            write_report(places[report], result)
+            write_report(places[report], shown)
         for path in [*whole, *in_parts]:
+            if shown is not result and path.suffix.lower() in MESHES and shown.character is not None:
+                write_shown(places.get(path, path), shown.clip, shown.character)
+                continue
             to = csv_format if path.suffix.lower() == ".csv" else None
             write_clip(places.get(path, path), result.clip, result.character, to=to)
 
@@ -103,7 +108,18 @@ def losses(clip: Clip, outputs: Sequence[Path], csv_format: str) -> tuple[Note, 
 def inputs_of(request: Request) -> list[Path]:
     """Return the files a request reads."""
     landmarks = [path for path in request.landmarks or () if path != OWN]
-    optional = (request.actor, request.training, request.pairs, request.examples, request.extremes, *landmarks)
+    optional = (
+        *(
+            request.actor,
+            request.training,
+            request.pairs,
+            request.examples,
+            request.extremes,
+            request.correctives,
+            request.poses,
+        ),
+        *landmarks,
+    )
     neutral = [Path(request.neutral)] if request.neutral is not None else []
     return [
         request.performance,

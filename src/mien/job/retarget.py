@@ -12,11 +12,15 @@ from typing import Any
 from mien.capture import fill_gaps
 from mien.core import Clip, Correspondence, Examples, InputError, Markers, Note, Report, Rig
 from mien.core.arrays import Floats
+from mien.geometry.bones import Bones
+from mien.io.correctives import read_correctives
 from mien.io.documents import read_examples
 from mien.io.formats import read_rig
+from mien.job.bones import Driven, driven, with_joints
+from mien.job.choose import chosen
 from mien.job.labelled import check_parameters, read_target, source_of, with_bones
 from mien.job.layers import actor_extremes, rest_of
-from mien.job.pairs import DEFAULT_COUNT, find_pairs
+from mien.job.pairs import DEFAULT_COUNT, OWN, find_pairs, rig_landmarks
 from mien.job.performance import Performance, check_same_mesh, load_performance
 from mien.retargeting import METHODS, make_method, parameters
 from mien.retargeting.copying import held
@@ -32,7 +36,7 @@ class Request:
 
     Attributes:
         performance, character: the two sides.
-        method: a key of `METHODS`.
+        method: a key of `METHODS`, or `auto`.
         actor: the rig that weights play on.
         training: the range-of-motion take; the performance itself if None.
         neutral: frame number or file of the actor's neutral; found if None.
@@ -44,6 +48,9 @@ class Request:
         rigid: markers that ride on the skull.
         head: whether head motion goes to the character.
         settings: the method's parameters.
+        correctives: which of the character's shapes follow from others.
+        targets: whether the character's `shapes` or its `bones` are driven; what it has if None.
+        poses: named poses of its bones.
     """
 
     performance: Path
@@ -61,6 +68,9 @@ class Request:
     settings: dict[str, Any] = field(default_factory=dict)
     extremes: Path | None = None
     animations: tuple[Path, ...] = ()
+    correctives: Path | None = None
+    targets: str | None = None
+    poses: Path | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,12 +105,14 @@ class Fitted:
         character: the rig it is for; None if it is parameters alone.
         pairs: the correspondence, or None for methods without points.
         notes: what pairing had to say.
+        bones: what the parameters do to the character's joints, if its bones are driven.
     """
 
     retargeter: Any
     character: Rig | None
     pairs: Correspondence | None
     notes: tuple[Note, ...] = ()
+    bones: Bones | None = None
 
 
 def run(request: Request, progress: Progress = lambda stage: None) -> Result:
@@ -130,22 +142,31 @@ def fit(request: Request, progress: Progress = lambda stage: None) -> Fitted:
 
 def learn(request: Request, stage: Stage) -> tuple[Fitted, Performance]:
     """Fit the method of a request to the training take, or to the performance if there is none."""
+    settled, why = chosen(request)
+    fitted, performance = _learn(settled, stage)
+    return replace(fitted, notes=(*why, *fitted.notes)), performance
+
+
+def _learn(request: Request, stage: Stage) -> tuple[Fitted, Performance]:
+    _check_correctives(request)
     if learns_from_labels(request.method):
+        _check_no_targets(request)
         return _labelled(request, stage)
     if request.animations:
         raise InputError(f"the method {request.method!r} does not learn from existing animation; use --method latent.")
     with stage("read"):
-        character = read_rig(request.character)
+        character = _with_correctives(read_rig(request.character), request.correctives)
+        moved = driven(character, request.targets, request.poses)
         performance = load_performance(request.performance, request.actor)
         training = performance if request.training is None else load_performance(request.training, request.actor)
         examples = read_examples(request.examples) if request.examples else None
     _check_training(performance, training)
     if request.method == "copy" or (performance.clip is not None and performance.actor is None):
-        return _copier(request, performance, character), performance
+        return _moving(_copier(request, performance, moved.shown), moved), performance
     if request.method == Layers.name:
-        own = actor_extremes(training, character, request.extremes, request.landmarks, request.count)
+        own = actor_extremes(training, moved.shown, request.extremes, request.landmarks, request.count)
         if own is not None:
-            return _layered(request, stage, own, training, character), performance
+            return _moving(_layered(request, stage, own, training, moved.shown), moved), performance
     with stage("pair"):
         pairs, notes = find_pairs(
             training,
@@ -157,10 +178,12 @@ def learn(request: Request, stage: Stage) -> tuple[Fitted, Performance]:
         )
         take = training.points(pairs)
         take.index(request.rigid)
+        moved = moved.paired(pairs)
     with stage("fit"):
         settings, remarks = _settings(request)
-        retargeter = make_method(request.method, settings).fit(
-            character,
+        known = parameters(METHODS[request.method]()) if request.method in METHODS else {}
+        retargeter = make_method(request.method, moved.settings(settings, known)).fit(
+            _with_landmarks(moved.shown, request),
             take,
             pairs,
             neutral=training.neutral(pairs, request.neutral),
@@ -168,7 +191,54 @@ def learn(request: Request, stage: Stage) -> tuple[Fitted, Performance]:
             head_moves=training.head_moves,
             examples=examples,
         )
-    return Fitted(retargeter, character, pairs, (*notes, *remarks)), performance
+    fitted = Fitted(moved.solved(retargeter, pairs), character, pairs, (*notes, *remarks))
+    return _moving(fitted, moved), performance
+
+
+def _moving(fitted: Fitted, moved: Driven) -> Fitted:
+    """Return a method fitted to shapes that stand for bones as one for the character that has the bones."""
+    return replace(fitted, character=moved.rig, bones=moved.bones)
+
+
+def _check_correctives(request: Request) -> None:
+    """Refuse correctives for a method that does not solve for weights.
+
+    Raises:
+        InputError: the method has no solve that they could be part of.
+    """
+    known = parameters(METHODS[request.method]()) if request.method in METHODS else {"prior_kind": None}
+    if request.correctives is not None and "prior_kind" not in known:
+        raise InputError(
+            f"the method {request.method!r} does not solve for weights frame by frame, so it cannot take correctives; "
+            "use range-of-motion, rbf or direct, or leave --correctives out."
+        )
+
+
+def _with_landmarks(character: Rig, request: Request) -> Rig:
+    """Give a character the landmarks beside its file, if contact is asked for, which needs them."""
+    if "contact" not in request.settings:
+        return character
+    given = request.landmarks[1] if request.landmarks is not None and request.landmarks[1] != OWN else None
+    return replace(character, landmarks=rig_landmarks(character, given))
+
+
+def _check_no_targets(request: Request) -> None:
+    """Refuse targets where the labels say what is driven.
+
+    Raises:
+        InputError: there are some.
+    """
+    if request.targets is not None or request.poses is not None:
+        raise InputError(
+            f"the method {request.method!r} drives what its labels name, bones as joint.rx and so on; leave --targets and "
+            "--poses out."
+        )
+
+
+def _with_correctives(character: Rig, path: Path | None) -> Rig:
+    if path is None:
+        return character
+    return replace(character, correctives=read_correctives(path, character.blendshapes.names))
 
 
 def learns_from_labels(method: str) -> bool:
@@ -237,7 +307,8 @@ def play(
     with stage("solve"):
         frames = frames_of(fitted, performance)
         clip, report = retargeter.retarget(frames)
-    clip = with_bones(_with_head(clip, performance, retargeter, head), character)
+    clip = _with_head(clip, performance, retargeter, head)
+    clip = with_bones(clip, character) if fitted.bones is None else with_joints(clip, fitted.bones)
     filled = frames if isinstance(frames, Markers) else None
     gaps = filled.notes if filled is not None else ()
     known = character.notes if character is not None else ()

@@ -1,0 +1,74 @@
+"""`--method auto`: which method suits what was given, and why.
+
+The rules are those of docs/how-to-choose.md, asked in order; the first that holds decides.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from mien.core import Note
+from mien.io.formats import format_of, read_rig
+from mien.vocabularies.expressions import BLINKS, EMOTIONS, VISEMES
+
+if TYPE_CHECKING:
+    from mien.job.retarget import Request
+
+AUTO = "auto"
+MOSTLY = 0.5
+"""A character with more than this share of emotions, visemes and blinks among its shapes is made of extremes."""
+
+
+def chosen(request: Request) -> tuple[Request, tuple[Note, ...]]:
+    """Settle the method of a request that leaves it open.
+
+    Args:
+        request: what is asked for; unless its method is `auto` it is returned as it is.
+
+    Returns:
+        The request with a method, and a note that says why this one.
+
+    Raises:
+        FileError: the character has to be looked at and cannot be read.
+    """
+    if request.method != AUTO:
+        return request, ()
+    name, why = next(((name, why) for holds, name, why in RULES if holds(request)), OTHERWISE)
+    return replace(request, method=name), (Note("method-chosen", f"chose {name}: {why}.", name),)
+
+
+def _picked_extremes(request: Request) -> bool:
+    return request.extremes is not None
+
+
+def _labelled(request: Request) -> bool:
+    return request.examples is not None or bool(request.animations)
+
+
+def _only_names(request: Request) -> bool:
+    kind = format_of(request.performance)
+    return request.actor is None and kind.read_markers is None and kind.read_rig is None
+
+
+def _made_of_extremes(request: Request) -> bool:
+    if format_of(request.character).read_rig is None:
+        return False
+    names = read_rig(request.character).blendshapes.names
+    known = {*EMOTIONS, *VISEMES, *BLINKS}
+    return sum(name in known for name in names) > MOSTLY * max(1, len(names))
+
+
+RULES: tuple[tuple[Callable[[Request], bool], str, str], ...] = (
+    (_picked_extremes, "layers", "frames were picked as extremes (--extremes)"),
+    (_labelled, "latent", "labelled frames or existing animation of the character were given to learn from"),
+    (
+        _only_names,
+        "copy",
+        "the performance is weights and there is no --actor to play them on, so names are all there is",
+    ),
+    (_made_of_extremes, "layers", "the character's shapes are whole emotions, visemes and blinks"),
+)
+"""What decides, the method, and what the user is told."""
+OTHERWISE = ("range-of-motion", "the character has shapes of its own and nobody labelled frames")
