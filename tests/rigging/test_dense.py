@@ -16,7 +16,7 @@ from mien.io.formats import read_rig
 from mien.library import actor, character
 from mien.rigging.dense import DenseFit, lay
 from mien.rigging.warp_and_stick.sheet import Sheet, twins_of
-from mien.rigging.warp_and_stick.triangle import closest_on_triangle
+from mien.rigging.warp_and_stick.triangle import nearest
 
 TEN = [f"ibug_{n}" for n in (30, 36, 39, 42, 45, 48, 54)] + ["chin_tip", "gonion_left", "gonion_right"]
 TURN = np.array([[0.36, 0.48, -0.8], [-0.8, 0.6, 0.0], [0.48, 0.64, 0.6]])
@@ -171,6 +171,20 @@ def test_vertices_doubled_along_a_texture_seam_are_one_skin(source: Rig) -> None
     np.testing.assert_allclose(fit.stuck, whole.stuck, atol=1e-9)
 
 
+def test_a_tear_film_that_touches_the_lid_is_not_skin(source: Rig) -> None:
+    """A strip that shares places with the skin where the skin has no border."""
+    mesh, landmarks = source.neutral, join(list(source.landmarks.values()))
+    whole = on_itself(mesh, landmarks, mesh)
+    edges = np.concatenate([mesh.triangles[:, [i, (i + 1) % 3]] for i in range(3)])
+    a, b = edges[whole.source_skin[edges].all(axis=1)][:200:5].T
+    strip = np.concatenate([mesh.vertices[a], mesh.vertices[b], (mesh.vertices[a] + mesh.vertices[b]) / 2 + 1e-3])
+    n = len(mesh.vertices) + np.arange(len(strip)).reshape(3, -1)
+    touching = Mesh(np.vstack([mesh.vertices, strip]), np.vstack([mesh.triangles, n.T]))
+    assert len(twins_of(touching.vertices, touching.triangles)) == 0
+    fit = on_itself(mesh, landmarks, touching)
+    assert not fit.target_skin[len(mesh.vertices) :].any()
+
+
 def test_a_slit_is_laid_last_and_from_outside() -> None:
     mesh, sides = slit_sheet(0.0)
     order = Sheet.of(mesh.vertices, mesh.triangles, np.empty((0, 2), np.int64)).order(
@@ -183,18 +197,19 @@ def test_a_slit_is_laid_last_and_from_outside() -> None:
 def test_the_closest_point_of_one_triangle_is_the_library_s(rng: np.random.Generator) -> None:
     for corners in rng.normal(size=(200, 3, 3)):
         query = rng.normal(size=3) * 2
-        weights = closest_on_triangle(query, *corners)
+        *weights, squared = nearest(query, corners, 0, 1, 2)
         expected = igl.point_mesh_squared_distance(query[None], corners, np.array([[0, 1, 2]]))[0]
-        assert weights.min() >= 0
-        assert weights.sum() == pytest.approx(1)
-        assert ((weights @ corners - query) ** 2).sum() == pytest.approx(np.ravel(expected)[0], abs=1e-12)
+        assert min(weights) >= 0
+        assert sum(weights) == pytest.approx(1)
+        assert squared == pytest.approx(np.ravel(expected)[0], abs=1e-12)
+        assert ((np.array(weights) @ corners - query) ** 2).sum() == pytest.approx(squared, abs=1e-12)
 
 
 def test_a_triangle_without_area_has_a_closest_point() -> None:
     for corners in (np.zeros((3, 3)), np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0]]), np.eye(3)[[0, 0, 1]]):
-        weights = closest_on_triangle(np.array([0.3, 1.0, 2.0]), *corners)
-        assert np.isfinite(weights).all()
-        assert weights.sum() == pytest.approx(1)
+        *weights, squared = nearest(np.array([0.3, 1.0, 2.0]), corners, 0, 1, 2)
+        assert np.isfinite(squared)
+        assert sum(weights) == pytest.approx(1)
 
 
 @pytest.mark.real

@@ -1,7 +1,8 @@
 """A rigged face's expressions as blendshapes, and its scripts as their weights.
 
 The templates are played on the face and what they add to it is kept.  Where lids and
-lips meet on the generic rig they are made to meet on the face too.
+lips meet on the generic rig they are made to meet on the face too, and an eye that is
+shut is shut all the way to its corners.
 """
 
 from __future__ import annotations
@@ -11,10 +12,14 @@ from collections.abc import Iterable
 import numpy as np
 
 from mien.core import Blendshapes, Clip, Note, Rig
-from mien.core.arrays import matching
+from mien.core.arrays import Floats, matching
 from mien.geometry.templates import template_shapes
 from mien.rigging.blendshapes import closed
+from mien.rigging.sealing import Eye, sealed
 from mien.rigging.transfer import Transfer
+
+SHUT = tuple((f"orbicularis_oculi_upper_{side}", f"orbicularis_oculi_lower_{side}") for side in ("left", "right"))
+"""Both muscles of these contract fully where an eye is shut."""
 
 
 def baked(transfer: Transfer, generic: Rig, names: Iterable[str] | None = None) -> tuple[Blendshapes, tuple[Note, ...]]:
@@ -34,7 +39,28 @@ def baked(transfer: Transfer, generic: Rig, names: Iterable[str] | None = None) 
         return shapes, ()
     own = len(transfer.fit.target.vertices)
     met, notes = closed(template_shapes(generic, chosen), shapes.deltas[:, :own], transfer.fit)
-    return Blendshapes(chosen, np.concatenate([met, shapes.deltas[:, own:]], axis=1)), notes
+    deltas = np.concatenate([met, shapes.deltas[:, own:]], axis=1)
+    remarks = [note for row, name in enumerate(chosen) for note in _shut(transfer, name, deltas[row])]
+    return Blendshapes(chosen, deltas), (*notes, *remarks)
+
+
+def _shut(transfer: Transfer, name: str, deltas: Floats) -> list[Note]:
+    """Seal, in place, the eyes that a template's displacements `(N, 3)` shut; return notes on what stays open."""
+    rig, fit = transfer.rig, transfer.fit
+    assert rig.anatomy is not None
+    controls, muscles = rig.anatomy.templates[name], {muscle.name: muscle for muscle in rig.anatomy.muscles}
+    rest, triangles, notes = rig.neutral.vertices, rig.neutral.triangles, []
+    skin = np.pad(fit.target_skin, (0, len(rest) - len(fit.target_skin)))[triangles]
+    for lids in SHUT:
+        if not all(lid in muscles and muscles[lid].pivot is not None and controls.get(lid, 0) >= 1 for lid in lids):
+            continue
+        eye = Eye.under(muscles[lids[0]], rest, triangles[skin.all(axis=1)], triangles[~skin.any(axis=1)])
+        posed, before, after = sealed(rest + deltas, eye, fit)
+        deltas += posed - (rest + deltas)
+        if before > 0:
+            text = f"lids left up to {1e3 * before:.2f} mm of an eye open, now {1e3 * after:.2f} mm."
+            notes.append(Note("lids-sealed", text, name))
+    return notes
 
 
 def scripted(script: Clip, shapes: Blendshapes) -> Clip:

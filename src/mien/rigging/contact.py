@@ -21,6 +21,7 @@ from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 
 from mien.core.arrays import Flags, Floats, Ints
+from mien.core.mesh import SurfacePoints
 from mien.core.units import human_centimetre
 from mien.geometry.surface import unit
 from mien.rigging.dense import DenseFit
@@ -32,9 +33,14 @@ REACH_CM = 1.2
 ALONG_CM = (0.8, 1.6)
 """… and fades over these distances along the skin."""
 FAR_CM = 0.4
-"""Points that are farther than this from touching are no pair on this face: they stay as they are, and are counted."""
-ENOUGH = 0.1
+"""Points that are this much farther from touching, or on this much another way to it, than those around them are no
+pair on this face: they stay as they are, and are counted."""
+FARTHEST_CM = 1.6
+"""So are all that are farther than this from touching."""
+ENOUGH = 0.05
 """Poses in which nothing is off by more than this share of what counts as touching are left as they are."""
+SHUT = 0.1
+"""A pose that leaves less than this share of the gap between points that almost touch at rest closes it."""
 SOFT = 1e-3
 """How much contacts that contradict each other give way, relative to what a single one feels."""
 NEXT = 6
@@ -69,6 +75,7 @@ class Meeting:
         changed: the row that a correction goes to.
         difference: `(C, N)`; applied to positions it gives the gaps.
         goal: `(C, 3)` the gaps as they should be in the pose.
+        places: `(C, 3)` of the source, where its points touch.
         across: `(C, 3, 3)` projections onto what counts: the way the sides stand apart at rest or, of points that
             touch at rest, everything across the slit.
         apart: `(C, 3)` the target's gaps at rest, zero where the points touch at rest on the source.
@@ -79,6 +86,7 @@ class Meeting:
     changed: int
     difference: sparse.csr_matrix
     goal: Floats
+    places: Floats
     across: Floats
     apart: Floats
 
@@ -96,12 +104,22 @@ class Meeting:
         short, long = (np.linalg.norm(np.einsum("cab,cb->ca", self.across, v), axis=1) for v in (gaps, self.goal))
         return np.asarray(~self.apart.any(axis=1) & (short < long) & ((gaps * self.goal).sum(axis=1) > 0))
 
+    def alike(self, missing: Floats, most: float, within: float) -> Flags:
+        """Return `(C,)` where what is missing is about the median of what is missing around it: within `most` or half."""
+        count = min(NEXT, len(missing))
+        which = cKDTree(self.places).query(self.places, count, distance_upper_bound=within)[1]
+        around = np.vstack([missing, np.full((1, 3), np.nan)])[which.reshape(len(missing), count)]
+        middle = np.nanmedian(around, axis=1)
+        least = np.maximum(most, 0.5 * np.linalg.norm(middle, axis=1))
+        return np.asarray(np.linalg.norm(missing - middle, axis=1) <= least)
+
     def take(self, rows: Ints) -> Meeting:
         """Keep some of the pairs."""
         return replace(
             self,
             difference=self.difference[rows],
             goal=self.goal[rows],
+            places=self.places[rows],
             across=self.across[rows],
             apart=self.apart[rows],
         )
@@ -122,13 +140,13 @@ def close(
         The corrected `(K, Nt, 3)`, and what was done pose by pose.
     """
     touching = Touching(fit.source, fit.source_skin, human_centimetre(fit.warp.centres))
-    meetings = []
+    meetings, place = [], _rows(fit.points, len(fit.target.vertices))
     for name, rows in poses.items():
         displacement = deltas[list(rows)].sum(axis=0)
         contacts = touching.contacts(displacement)
         contacts = contacts.take(fit.paired[contacts.vertices] & fit.paired[contacts.opposite.corners].all(axis=1))
         if len(contacts):
-            meetings.append(_carried(name, rows, contacts, fit.source.vertices + displacement, fit))
+            meetings.append(_carried(name, rows, contacts, fit.source.vertices + displacement, fit, place))
     result = np.array(moved)
     if not meetings:
         return result, ()
@@ -139,7 +157,8 @@ def close(
         posed = fit.target.vertices + result[list(meeting.shapes)].sum(axis=0)
         missing = meeting.missing(posed)
         wanting = meeting.open(missing) & ~meeting.pressed(posed)
-        near = np.linalg.norm(missing, axis=1) <= FAR_CM * centimetre
+        near = meeting.alike(missing, FAR_CM * centimetre, REACH_CM * touching.centimetre)
+        near &= np.linalg.norm(missing, axis=1) <= FARTHEST_CM * centimetre
         pairs, missing = meeting.take(np.flatnonzero(wanting & near)), missing[wanting & near]
         before = float(np.linalg.norm(missing, axis=1).max(initial=0.0))
         if before <= ENOUGH * MEET_CM * centimetre:
@@ -152,30 +171,32 @@ def close(
     return result, tuple(account)
 
 
-def _carried(name: str, rows: tuple[int, ...], contacts: Contacts, posed: Floats, fit: DenseFit) -> Meeting:
-    """Carry contacts of the source, posed as `(Ns, 3)`, to the target."""
-    n, c = len(fit.target.vertices), len(contacts)
-    place = sparse.csr_matrix(
-        (fit.points.weights.ravel(), (np.repeat(np.arange(len(fit.points)), 3), fit.points.corners.ravel())),
-        shape=(len(fit.points), n),
-    )
-    opposite = sparse.csr_matrix(
-        (contacts.opposite.weights.ravel(), (np.repeat(np.arange(c), 3), contacts.opposite.corners.ravel())),
-        shape=(c, len(fit.points)),
-    )
-    difference = (place[contacts.vertices] - opposite @ place).tocsr()
+def _rows(points: SurfacePoints, count: int) -> sparse.csr_matrix:
+    """Return the `(P, count)` matrix that interpolates values of vertices at points."""
+    ends = np.arange(0, 3 * len(points) + 1, 3)
+    return sparse.csr_matrix((points.weights.ravel(), points.corners.ravel(), ends), shape=(len(points), count))
+
+
+def _carried(
+    name: str, rows: tuple[int, ...], contacts: Contacts, posed: Floats, fit: DenseFit, place: sparse.csr_matrix
+) -> Meeting:
+    """Carry contacts of the source, posed as `(Ns, 3)`, to the target; `place` takes the target's vertices to them."""
+    difference = (place[contacts.vertices] - _rows(contacts.opposite, len(fit.points)) @ place).tocsr()
     source, turn = fit.source.vertices, overall(fit).rotation
     enlarged = stretch(fit, source[contacts.vertices])[:, None]
     goal = enlarged * contacts.gaps @ turn.T
-    # what touches at rest keeps the target's own gap there, and only its change is the source's
+    # what touches at rest keeps the target's own gap there, and only its change is the source's, unless that closes it
     resting = source[contacts.vertices] - contacts.opposite.of(source)
+    gap, apart_by = np.linalg.norm(contacts.gaps, axis=1), np.linalg.norm(resting, axis=1)
+    closing = (gap < SHUT * apart_by) & (apart_by > 0.5 * MEET_CM * human_centimetre(fit.warp.centres))
+    met = contacts.met & ~closing
     apart = difference @ fit.target.vertices
-    goal += np.where(contacts.met[:, None], apart - enlarged * resting @ turn.T, 0.0)
-    apart[contacts.met] = 0
+    goal += np.where(met[:, None], apart - enlarged * resting @ turn.T, 0.0)
+    apart[met] = 0
     way = unit(apart)
     across = _across(posed[contacts.vertices], turn)
-    across[~contacts.met] = (way[:, :, None] * way[:, None, :])[~contacts.met]
-    return Meeting(name, rows, rows[-1], difference, goal, across, apart)
+    across[~met] = (way[:, :, None] * way[:, None, :])[~met]
+    return Meeting(name, rows, rows[-1], difference, goal, posed[contacts.vertices], across, apart)
 
 
 def _across(points: Floats, turn: Floats) -> Floats:

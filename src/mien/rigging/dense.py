@@ -20,6 +20,7 @@ from mien.geometry.tps import ThinPlate, fit_thin_plate
 from mien.rigging.warp_and_stick.confirm import confirmed
 from mien.rigging.warp_and_stick.folds import folded, smooth_out
 from mien.rigging.warp_and_stick.sheet import Sheet, skin_of, twins_of
+from mien.rigging.warp_and_stick.sides import Slit, righted, sides, slits_of
 from mien.rigging.warp_and_stick.stick import Anchors, stick
 
 NEAR_SEAM = 0.15
@@ -86,6 +87,10 @@ class _Side:
     def at(self, vertices: Floats, usable: Flags | None = None) -> Sheet:
         return Sheet.of(vertices, self.sheet.triangles, self.twins, usable)
 
+    def sides(self, slits: list[Slit]) -> Floats:
+        """Return the sides of slits `(S, N)`."""
+        return sides(self.sheet, self.landmarks, slits, self.radius)
+
     def anchors(self, places: SurfacePoints) -> Anchors:
         """Pair the corners of the landmarks with where the landmarks are on the other face."""
         rows, corners = np.nonzero(self.landmarks.weights > 1e-9)
@@ -116,25 +121,27 @@ def lay(
     warp = fit_thin_plate(source_landmarks.of(source.vertices), target_landmarks.of(target.vertices))
     warped = warp(source.vertices)
     from_side = _Side.of(source, source_landmarks)
-    inside_out = _faces_away(from_side.at(warped), target)
-    to_side = _Side.of(target, target_landmarks, inside_out)
-
     film = from_side.at(warped)
+    inside_out = _faces_away(film, target)
+    to_side = _Side.of(target, target_landmarks, inside_out)
     anchors = from_side.anchors(target_landmarks)
     stuck = stick(film, from_side.order, to_side.sheet, anchors, to_side.radius)
-    before = int(folded(warped, stuck.points.of(target.vertices), film.triangles).sum())
+    slits = slits_of(from_side.sheet, source_landmarks, from_side.radius)
+    here, there = (side.sides(slits) for side in (from_side, to_side))
+    points, there_again = righted(film, here, to_side.sheet, there, stuck.points, from_side.skin)
+    before = int(folded(warped, points.of(target.vertices), film.triangles).sum())
     after = before
     if repair and before:
-        held = anchors.vertices[anchors.exact]
-        stuck = smooth_out(film, from_side.order, to_side.sheet, stuck, held, to_side.radius)
-        after = int(folded(warped, stuck.points.of(target.vertices), film.triangles).sum())
-    positions = np.where(from_side.skin[:, None], stuck.points.of(target.vertices), warped)
+        points = smooth_out(film, from_side.twins, to_side.sheet, points, anchors.vertices[anchors.exact])
+        after = int(folded(warped, points.of(target.vertices), film.triangles).sum())
+    positions = np.where(from_side.skin[:, None], points.of(target.vertices), warped)
     paired = from_side.skin & ~stuck.adrift
 
     ground = from_side.at(positions, np.asarray(paired[film.triangles].all(axis=1)))
     back = stick(to_side.sheet, to_side.order, ground, to_side.anchors(source_landmarks), to_side.radius)
     seams = to_side.skin & (to_side.order < NEAR_SEAM * to_side.radius)
-    ways_back, _ = confirmed(to_side.sheet, stuck.points, ground, back.points, seams)
+    ways_back, _ = confirmed(to_side.sheet, points, ground, back.points, seams)
+    ways_back, back_again = righted(to_side.sheet, there, ground, here, ways_back, to_side.skin)
     back_distance = np.linalg.norm(ways_back.of(positions) - target.vertices, axis=1)
     return DenseFit(
         source,
@@ -143,14 +150,14 @@ def lay(
         to_side.skin,
         warp,
         warped,
-        stuck.points,
+        points,
         positions,
         paired,
         ways_back,
         back_distance,
         before,
         after,
-        _notes(inside_out, before, after, int(stuck.adrift.sum())),
+        _notes(inside_out, before, after, int(stuck.adrift.sum()), there_again + back_again),
     )
 
 
@@ -161,7 +168,7 @@ def _faces_away(film: Sheet, target: Mesh) -> bool:
     return bool(np.median((normals * film.facing).sum(axis=1)) < 0)
 
 
-def _notes(inside_out: bool, before: int, after: int, adrift: int) -> tuple[Note, ...]:
+def _notes(inside_out: bool, before: int, after: int, adrift: int, astray: int) -> tuple[Note, ...]:
     notes = []
     if inside_out:
         notes.append(Note("inside-out", "the faces of the target are turned the other way than the source's."))
@@ -169,4 +176,6 @@ def _notes(inside_out: bool, before: int, after: int, adrift: int) -> tuple[Note
         notes.append(Note("folds-repaired", f"{before - after} of {before} folds were smoothed out."))
     if adrift:
         notes.append(Note("without-counterpart", f"{adrift} points of the source have no counterpart on the target."))
+    if astray:
+        notes.append(Note("sides-kept", f"{astray} points were brought back to their own side of a lip or lid."))
     return tuple(notes)

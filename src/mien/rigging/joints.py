@@ -8,6 +8,7 @@ from mien.core import Rig
 from mien.core.arrays import Floats, Ints
 from mien.rigging.brought import Brought
 from mien.rigging.dense import DenseFit
+from mien.rigging.eyeballs import ball_of
 from mien.rigging.parts import Attachment, centre_of
 from mien.rigging.structure import Structure
 
@@ -20,7 +21,7 @@ def carried_joints(
 ) -> Floats:
     """Return the rest matrices `(J, 4, 4)` of the joints on the face.
 
-    A joint in the middle of an eyeball goes to the middle of the face's eyeball.
+    A joint in the middle of an eyeball goes to the middle of the face's eyeball, however much else follows it.
     """
     assert generic.skeleton is not None
     rest = np.stack([structure.frame(frame) for frame in generic.skeleton.rest])
@@ -36,7 +37,7 @@ def carried_joints(
 def _balls(
     generic: Rig, fit: DenseFit, attached: tuple[Attachment, ...], brought: Brought, joint: int
 ) -> list[tuple[Floats, Floats]]:
-    """Return the parts that follow a joint fully: their points on the source and on the face."""
+    """Return the parts that follow a joint fully, balls alone if any is: their points on the source and on the face."""
     assert generic.skin is not None
     held = (generic.skin.weights * (generic.skin.joints == joint)).sum(axis=1) > 0.99
     source = generic.neutral.vertices
@@ -48,4 +49,4 @@ def _balls(
     mine: Ints = np.flatnonzero(held[brought.vertices])
     if len(mine):
         found.append((source[brought.vertices[mine]], brought.places[mine]))
-    return found
+    return [pair for pair in found if ball_of(pair[1]) is not None] or found

@@ -22,16 +22,16 @@ from mien.geometry.surface import exposed, vertex_normals
 from mien.geometry.tps import ThinPlate, fit_thin_plate
 from mien.rigging.dense import DenseFit
 
-MOST_CENTRES = 2000
+MOST_CENTRES = 1000
 """With more pairs than this, as many of them are the centres; solving costs the cube of their number."""
-STIFF_CM = 0.3
+STIFF_CM = 1.0
 """How far the warp gives up closeness for smoothness, on a human face."""
 REACH_CM = 2.5
 """A frame turns and grows as the skin within about this distance of it does, on a human face."""
 BITS = 10
 """Points are ordered along a curve through as many halvings of space."""
-DEGREE = 3
-"""The warp bends a fibre by a polynomial of this degree along it."""
+DEGREE = 13
+"""The warp bends a fibre by a polynomial of this degree along it: enough for a ring around a mouth of another shape."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,7 +19,7 @@ from mien.geometry.surface import closest_points
 from mien.rigging.warp_and_stick.sheet import Sheet
 from mien.rigging.warp_and_stick.stick import DETOUR
 from mien.rigging.warp_and_stick.triangle import distance
-from mien.rigging.warp_and_stick.walk import Ways, forget, walk
+from mien.rigging.warp_and_stick.walk import Ways, arrives, forget, walk
 
 WIDENINGS = 6
 """How often the way around a point is doubled until something stuck is found along it."""
@@ -92,12 +92,12 @@ def _heaviest(points: SurfacePoints) -> Ints:
 def _same_side(vertices: Floats, ways: Ways, rows: Ints, others: Ints) -> Flags:
     """Tell of pairs of vertices whether the way between them is about as short as the straight one."""
     along, touched = np.full(len(vertices), np.inf), np.empty(len(vertices), np.int64)
-    same = np.ones(len(rows), np.bool_)
+    same, at_once = np.ones(len(rows), np.bool_), np.zeros(1)
     for k in range(len(rows)):
         v, w = rows[k], others[k]
         slack = 2 * ways.lengths[ways.starts[v] : ways.starts[v + 1]].mean()
         along[v], touched[0] = 0.0, v
-        count = walk(ways, DETOUR * distance(vertices[v], vertices[w]) + slack, along, touched, 1)
-        same[k] = along[w] < np.inf
+        limit = DETOUR * distance(vertices[v], vertices[w]) + slack
+        same[k], count = arrives(ways, limit, along, touched, 1, others[k : k + 1], at_once)
         forget(along, touched, count)
     return same

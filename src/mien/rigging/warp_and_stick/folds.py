@@ -1,28 +1,25 @@
-"""Folds of a stuck skin, and smoothing them out (Orvalho et al., §4.3, leave this open).
+"""Folds of a stuck skin, and turning them back (Orvalho et al., §4.3, leave this open).
 
-A triangle is folded if sticking turned it over.  Around each fold the skin is relaxed to
-where its neighbours pull it, and stuck again; what does not improve is left as it was.
+A triangle is folded if sticking turned it over.  The corners of folded triangles slide over
+the ground until they are not; where that does not suffice, more is asked of the triangles
+around, so that those give way too.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
-from scipy.sparse.linalg import spsolve
 
 from mien.core import SurfacePoints
 from mien.core.arrays import Flags, Floats, Ints
 from mien.geometry.surface import triangle_normals
 from mien.rigging.warp_and_stick.sheet import Sheet
-from mien.rigging.warp_and_stick.stick import Anchors, Stuck, stick
+from mien.rigging.warp_and_stick.stick import plain
+from mien.rigging.warp_and_stick.unfold import Fans, Places, containing, unfold
 
-ROUNDS = 5
-"""The skin is relaxed this far around a fold, in edges, one more each time."""
-MOST_MOVED = 0.4
-"""A patch in which a vertex moves by more than this share of the face's radius is left as it was."""
+STAGES = ((1, 0.05), (2, 0.2), (3, 0.4), (2, 0.1), (4, 0.3), (3, 0.1))
+"""How many rings around the folds may move, and the share of its area every triangle there is to keep, in turn."""
 
 
 def folded(before: Floats, after: Floats, triangles: Ints) -> Flags:
@@ -31,84 +28,69 @@ def folded(before: Floats, after: Floats, triangles: Ints) -> Flags:
     return np.asarray(turned < 0)
 
 
-def smooth_out(film: Sheet, order: Floats, ground: Sheet, stuck: Stuck, held: Ints, radius: float) -> Stuck:
-    """Relax the folds of a stuck sheet.
+def smooth_out(film: Sheet, twins: Ints, ground: Sheet, points: SurfacePoints, held: Ints) -> SurfacePoints:
+    """Turn back the folds of a stuck sheet.
 
     Args:
         film: the sheet, where the warp has brought it.
-        order: `(N,)` the order of laying.
+        twins: `(P, 2)` vertices of it that are one point.
         ground: the sheet it lies on.
-        stuck: where it lies.
+        points: `(N,)` where its vertices are on it.
         held: vertices that stay: landmarks.
-        radius: the size of the ground's face [m].
 
     Returns:
         The same, with no more folds than before.
     """
-    graph = film.graph(shortest=1e-3 * float(np.median(film.ways.lengths)))
-    laid = np.zeros(len(film.vertices), dtype=np.bool_)
-    laid[film.triangles] = True
-    movable = laid.copy()
-    movable[held] = False
-    for rings in range(1, ROUNDS + 1):
-        folds = folded(film.vertices, stuck.points.of(ground.vertices), film.triangles)
+    point, fans = _fans(film, twins)
+    first = fans.members[fans.starts_of_members[:-1]]
+    rock = plain(ground)
+    at = points.take(first)
+    position = np.ascontiguousarray(at.of(ground.vertices))
+    places = Places(containing(at.corners, at.weights, rock), np.zeros((len(first), 3)), position.copy())
+    held_points = point[held]
+    best, folds = points, folded(film.vertices, points.of(ground.vertices), film.triangles)
+    fewest = int(folds.sum())
+    for rings, wanted in STAGES:
         if not folds.any():
             break
-        free = _around(graph, film.triangles[folds], rings) & movable
-        relaxed = replace(film, vertices=_relaxed(graph, stuck.points.of(ground.vertices), free))
-        kept = np.flatnonzero(laid & ~free)
-        anchors = Anchors(kept, stuck.points.take(kept), np.ones(len(kept), dtype=np.bool_))
-        trial = stick(relaxed, order, ground, anchors, radius)
-        after = folded(film.vertices, trial.points.of(ground.vertices), film.triangles)
-        moved = np.linalg.norm(trial.points.of(ground.vertices) - stuck.points.of(ground.vertices), axis=1)
-        worse = (moved > MOST_MOVED * radius) | (trial.adrift & ~stuck.adrift)
-        stuck = _merged(stuck, trial, _improved(graph, free, film.triangles, folds, after, worse))
-    return stuck
+        free = _around(fans.triangle_points, folds, rings, len(first))
+        free[held_points] = False
+        unfold(fans, rock, places, free, wanted)
+        moved = (places.position != position).any(axis=1)[point][:, None]
+        corners = np.where(moved, ground.triangles[places.triangle[point]], points.corners)
+        trial = SurfacePoints(corners, np.where(moved, places.weights[point], points.weights))
+        folds = folded(film.vertices, trial.of(ground.vertices), film.triangles)
+        if folds.sum() < fewest:
+            best, fewest = trial, int(folds.sum())
+    return best
 
 
-def _improved(
-    graph: sparse.csr_matrix, free: Flags, triangles: Ints, before: Flags, after: Flags, worse: Flags
-) -> Flags:
-    """Return the vertices of those patches that have fewer folds than before, and none `worse` `(N,)`."""
-    inside = np.flatnonzero(free)
-    count, part = connected_components(graph[inside][:, inside], directed=False)
-    patch_of = np.full(len(free), -1, dtype=np.int64)
-    patch_of[inside] = part
-    owner = patch_of[triangles].max(axis=1)  # a triangle's free corners are neighbours, so in one patch
-    touched = owner >= 0
-    gain = np.bincount(owner[touched], before[touched].astype(np.float64) - after[touched], minlength=count)
-    spoilt = np.bincount(part, worse[inside], minlength=count) > 0
-    return np.asarray(((gain > 0) & ~spoilt)[patch_of] & free)
-
-
-def _merged(old: Stuck, new: Stuck, taken: Flags) -> Stuck:
-    return Stuck(
-        SurfacePoints(
-            np.where(taken[:, None], new.points.corners, old.points.corners),
-            np.where(taken[:, None], new.points.weights, old.points.weights),
-        ),
-        np.where(taken, new.aside, old.aside),
-        np.where(taken, new.adrift, old.adrift),
-    )
-
-
-def _around(graph: sparse.csr_matrix, triangles: Ints, rings: int) -> Flags:
-    reached = np.zeros(graph.shape[0], dtype=np.bool_)
-    reached[triangles] = True
+def _around(triangles: Ints, chosen: Flags, rings: int, count: int) -> Flags:
+    """Return the points of some triangles and of so many rings around them `(P,)`."""
+    reached = np.zeros(count, dtype=np.bool_)
+    reached[triangles[chosen]] = True
     for _ in range(rings):
-        reached |= np.asarray(graph @ reached.astype(np.float64) > 0)
+        reached[triangles[reached[triangles].any(axis=1)]] = True
     return reached
 
 
-def _relaxed(graph: sparse.csr_matrix, positions: Floats, free: Flags) -> Floats:
-    """Put free vertices at the mean of their neighbours, near ones weighing more, the others staying."""
-    pull = graph.copy()
-    pull.data = 1 / pull.data
-    laplacian = sparse.diags(np.asarray(pull.sum(axis=1)).ravel()) - pull
-    inside, border = np.flatnonzero(free), np.flatnonzero(~free)
-    system = sparse.csc_matrix(laplacian[inside][:, inside])
-    system += 1e-9 * sparse.diags(system.diagonal())  # a patch with no border would be free to float
-    right = -laplacian[inside][:, border] @ positions[border] + 1e-9 * system.diagonal()[:, None] * positions[inside]
-    relaxed = np.array(positions)
-    relaxed[inside] = spsolve(system, right).reshape(-1, 3)
-    return relaxed
+def _fans(film: Sheet, twins: Ints) -> tuple[Ints, Fans]:
+    """Return which point each vertex is, and what surrounds the points."""
+    n = len(film.vertices)
+    joined = sparse.csr_matrix((np.ones(len(twins)), (twins[:, 0], twins[:, 1])), shape=(n, n))
+    count, point = connected_components(joined, directed=False)
+    members = np.argsort(point, kind="stable")
+    corners = point[film.triangles].astype(np.int64)
+    order = np.argsort(corners.ravel(), kind="stable")
+    a, b, c = (film.vertices[film.triangles[:, i]] for i in range(3))
+    doubled = np.cross(b - a, c - a)
+    power = (doubled**2).sum(axis=1, keepdims=True)
+    return point.astype(np.int64), Fans(
+        np.searchsorted(point[members], np.arange(count + 1)),
+        members,
+        np.searchsorted(corners.ravel()[order], np.arange(count + 1)),
+        order // 3,
+        corners,
+        np.divide(2 * doubled, power, out=np.zeros_like(doubled), where=power > 0),
+        film.facing[members[np.searchsorted(point[members], np.arange(count))]],
+    )

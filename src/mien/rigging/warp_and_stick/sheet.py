@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 
 from mien.core.arrays import Flags, Floats, Ints
 from mien.geometry.surface import triangle_normals, vertex_normals
-from mien.rigging.warp_and_stick.walk import Ways, gaps
+from mien.rigging.warp_and_stick.walk import Ways, seams
 
 SEAM_REACH = 0.06
 """Two sides of a seam are nearer to each other than this share of the face's radius …"""
@@ -92,11 +92,11 @@ class Sheet:
             landmarks: vertices; the open skin is what is connected to one of them.
         """
         reach, everywhere = SEAM_REACH * radius, np.ones(len(self.vertices))
-        seams = np.flatnonzero(np.isfinite(gaps(self.vertices, self.ways, reach, SEAM_RATIO)))
-        if not len(seams):
+        at_seams = np.flatnonzero(seams(self.vertices, self.ways, reach, SEAM_RATIO))
+        if not len(at_seams):
             return everywhere
         graph = self.graph(shortest=1e-12 * radius)
-        from_seams = dijkstra(graph, indices=seams, min_only=True)
+        from_seams = dijkstra(graph, indices=at_seams, min_only=True)
         clear = np.flatnonzero(from_seams > reach)
         _, part = connected_components(graph[clear][:, clear], directed=False)
         outside = clear[np.isin(part, part[np.isin(clear, landmarks)])]
@@ -107,13 +107,31 @@ class Sheet:
 
 
 def twins_of(vertices: Floats, triangles: Ints) -> Ints:
-    """Return `(P, 2)` pairs of vertices in one place whose normals agree: one point, stored twice."""
+    """Return `(P, 2)` pairs of vertices that are one point of the skin, stored twice.
+
+    They are in one place, their normals agree, and both lie on a border along which two
+    sheets meet edge to edge: a tear film that merely touches the lid is not its skin.
+    """
     extent = float(np.ptp(vertices, axis=0).max())
     used = np.unique(triangles)
     pairs = used[cKDTree(vertices[used]).query_pairs(1e-7 * extent, output_type="ndarray")]
+    if not len(pairs):
+        return np.empty((0, 2), dtype=np.int64)
     normals = vertex_normals(vertices, triangles)
     agree = (normals[pairs[:, 0]] * normals[pairs[:, 1]]).sum(axis=1) > 0.5
-    return np.asarray(pairs[agree], dtype=np.int64).reshape(-1, 2)
+    sewn = np.isin(pairs, _sewn(triangles, pairs, len(vertices))).all(axis=1)
+    return np.asarray(pairs[agree & sewn], dtype=np.int64).reshape(-1, 2)
+
+
+def _sewn(triangles: Ints, pairs: Ints, count: int) -> Ints:
+    """Return the vertices of those border edges that another border edge runs along, the other way round."""
+    joined = sparse.csr_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
+    _, place = connected_components(joined, directed=False)
+    edges = np.concatenate([triangles[:, [i, (i + 1) % 3]] for i in range(3)]).astype(np.int64)
+    border = edges[~np.isin(edges[:, 0] * count + edges[:, 1], edges[:, 1] * count + edges[:, 0])]
+    ends = place[border].astype(np.int64)
+    along = np.isin(ends[:, 0] * count + ends[:, 1], ends[:, 1] * count + ends[:, 0])
+    return np.unique(border[along])
 
 
 def skin_of(triangles: Ints, twins: Ints, count: int, landmarks: Ints) -> Flags:

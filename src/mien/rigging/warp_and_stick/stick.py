@@ -20,8 +20,8 @@ from mien.core import SurfacePoints
 from mien.core.arrays import Flags, Floats, Ints
 from mien.geometry.surface import closest_points
 from mien.rigging.warp_and_stick.sheet import Sheet
-from mien.rigging.warp_and_stick.triangle import closest_on_triangle, distance, dot, point_at
-from mien.rigging.warp_and_stick.walk import Ways, forget, walk
+from mien.rigging.warp_and_stick.triangle import distance, dot, nearest, point_at
+from mien.rigging.warp_and_stick.walk import Ways, arrives, forget, walk
 
 STRETCH = 3.0
 """A place is sought within this many times the way between the two neighbours before sticking …"""
@@ -83,6 +83,11 @@ class Ground(NamedTuple):
     fans: Ints
 
 
+def plain(sheet: Sheet) -> Ground:
+    """Return a sheet as compiled code takes it."""
+    return Ground(sheet.vertices, sheet.triangles, sheet.normals, sheet.ways, sheet.fan_starts, sheet.fans)
+
+
 class Lying(NamedTuple):
     """Where each vertex lies, and how it came there; at first, the closest point in space and how far that is."""
 
@@ -117,7 +122,7 @@ def stick(film: Sheet, order: Floats, ground: Sheet, anchors: Anchors, radius: f
     lying.triangle[sought], lying.distance[sought] = np.flatnonzero(ground.usable)[which], away
     _lay(
         Film(film.vertices, film.facing, film.ways, order),
-        Ground(ground.vertices, ground.triangles, ground.normals, ground.ways, ground.fan_starts, ground.fans),
+        plain(ground),
         lying,
         np.array(anchors.vertices),
         np.array(anchors.places.corners),
@@ -204,10 +209,12 @@ def _lay_one(
         along[c] = distance(vertices[c], origin)
     if slack == 0.0 and ways.starts[corners[0]] < ways.starts[corners[0] + 1]:
         slack = ways.lengths[ways.starts[corners[0]] : ways.starts[corners[0] + 1]].max()
-    count = walk(ways, STRETCH * step + slack, along, touched, count)
-    if _nearest_is_near(v, film, ground, lying, origin, slack, along):
+    limit = STRETCH * step + slack
+    near, count = _nearest_is_near(v, film, ground, lying, origin, slack, limit, along, touched, count)
+    if near:
         lying.state[v] = NEAREST
     else:
+        count = walk(ways, limit, along, touched, count)
         found = _search(v, film, ground, lying, corners, weights, slack, far, along, touched[:count])
         lying.state[v] = ASIDE if found else ADRIFT
     forget(along, touched, count)
@@ -215,17 +222,28 @@ def _lay_one(
 
 @njit(cache=True, nogil=True)
 def _nearest_is_near(
-    v: int, film: Film, ground: Ground, lying: Lying, origin: Floats, slack: float, along: Floats
-) -> bool:
+    v: int,
+    film: Film,
+    ground: Ground,
+    lying: Lying,
+    origin: Floats,
+    slack: float,
+    limit: float,
+    along: Floats,
+    touched: Ints,
+    count: int,
+) -> tuple[bool, int]:
     """Tell whether the closest point in space faces the right way and is reached without a detour."""
     t = lying.triangle[v]
     if dot(ground.normals[t], film.facing[v]) <= FACING:
-        return False
+        return False, count
     found = point_at(ground.vertices, lying.corners[v], lying.weights[v])
-    way = np.inf
-    for c in ground.triangles[t]:
-        way = min(way, along[c] + distance(ground.vertices[c], found))
-    return bool(way <= DETOUR * distance(found, origin) + slack)
+    goals = ground.triangles[t]
+    beyond = np.empty(3)
+    for i in range(3):
+        beyond[i] = distance(ground.vertices[goals[i]], found)
+    detour = DETOUR * distance(found, origin) + slack
+    return arrives(ground.ways, min(detour, limit), along, touched, count, goals, beyond)
 
 
 @njit(cache=True, nogil=True)
@@ -246,7 +264,7 @@ def _search(
     limit = lying.distance[v] + far
     best, closest = limit, distance(query, origin)
     lying.corners[v], lying.weights[v] = corners, weights
-    found = False
+    found, place = False, np.empty(3)
     for c in touched:
         off = distance(ground.vertices[c], query)
         reach = 0.0
@@ -256,8 +274,8 @@ def _search(
             continue
         for t in ground.fans[ground.fan_starts[c] : ground.fan_starts[c + 1]]:
             p, q, r = ground.triangles[t]
-            place = closest_on_triangle(query, ground.vertices[p], ground.vertices[q], ground.vertices[r])
-            away = distance(query, point_at(ground.vertices, ground.triangles[t], place))
+            place[0], place[1], place[2], squared = nearest(query, ground.vertices, p, q, r)
+            away = np.sqrt(squared)
             faces = dot(ground.normals[t], film.facing[v]) > FACING
             if (faces and away < best) or (not found and not faces and away < closest):
                 lying.corners[v], lying.weights[v] = ground.triangles[t], place

@@ -30,10 +30,18 @@ def point_at(vertices: Floats, corners: Ints, weights: Floats) -> Floats:
 
 
 @njit(cache=True, nogil=True)
-def closest_on_triangle(query: Floats, a: Floats, b: Floats, c: Floats) -> Floats:
-    """Return the barycentric weights `(3,)` of a triangle's closest point (Ericson 2005, §5.1.5)."""
-    ab, ac, ap, bp, cp = b - a, c - a, query - a, query - b, query - c
-    d1, d2, d3, d4, d5, d6 = dot(ab, ap), dot(ac, ap), dot(ab, bp), dot(ac, bp), dot(ab, cp), dot(ac, cp)
+def nearest(query: Floats, vertices: Floats, p: int, q: int, r: int) -> tuple[float, float, float, float]:
+    """Return the weights of a triangle's closest point, and its squared distance (Ericson 2005, §5.1.5).
+
+    Numbers instead of vectors: the arrays would cost more than the work.
+    """
+    ax, ay, az = vertices[p, 0], vertices[p, 1], vertices[p, 2]
+    abx, aby, abz = vertices[q, 0] - ax, vertices[q, 1] - ay, vertices[q, 2] - az
+    acx, acy, acz = vertices[r, 0] - ax, vertices[r, 1] - ay, vertices[r, 2] - az
+    apx, apy, apz = query[0] - ax, query[1] - ay, query[2] - az
+    d1, d2 = abx * apx + aby * apy + abz * apz, acx * apx + acy * apy + acz * apz
+    bb, cc, bc = abx * abx + aby * aby + abz * abz, acx * acx + acy * acy + acz * acz, abx * acx + aby * acy + abz * acz
+    d3, d4, d5, d6 = d1 - bb, d2 - bc, d1 - bc, d2 - cc
     va, vb, vc = d3 * d6 - d5 * d4, d5 * d2 - d1 * d6, d1 * d4 - d3 * d2
     v, w = 0.0, 0.0
     if d1 <= 0 and d2 <= 0:
@@ -52,4 +60,5 @@ def closest_on_triangle(query: Floats, a: Floats, b: Floats, c: Floats) -> Float
         v = 1 - w
     elif va + vb + vc > 0:
         v, w = vb / (va + vb + vc), vc / (va + vb + vc)
-    return np.array([max(1 - v - w, 0.0), v, w])
+    offx, offy, offz = apx - v * abx - w * acx, apy - v * aby - w * acy, apz - v * abz - w * acz
+    return max(1 - v - w, 0.0), v, w, offx * offx + offy * offy + offz * offz

@@ -8,7 +8,11 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from mien.core.arrays import Floats, Ints
+from mien.core.arrays import Flags, Floats, Ints
+from mien.rigging.warp_and_stick.triangle import distance
+
+ANSWERS = 0.3
+"""A vertex answers for those within this share of the reach."""
 
 
 class Ways(NamedTuple):
@@ -53,6 +57,42 @@ def walk(ways: Ways, limit: float, along: Floats, touched: Ints, count: int) -> 
 
 
 @njit(cache=True, nogil=True)
+def arrives(
+    ways: Ways, limit: float, along: Floats, touched: Ints, count: int, goals: Ints, beyond: Floats
+) -> tuple[bool, int]:
+    """Extend distances as `walk` does, but stop as soon as a goal is within the limit.
+
+    Args:
+        ways, limit, along, touched, count: as for `walk`.
+        goals: `(G,)` vertices.
+        beyond: `(G,)` how much farther than each of them the way still goes.
+
+    Returns:
+        Whether one is, and how many vertices are known now.
+    """
+    queue = [(0.0, -1)]
+    heappop(queue)
+    for k in range(count):
+        heappush(queue, (along[touched[k]], touched[k]))
+    while len(queue) > 0:
+        way, v = heappop(queue)
+        if way > along[v]:
+            continue
+        for g in range(len(goals)):
+            if goals[g] == v and way + beyond[g] <= limit:
+                return True, count
+        for e in range(ways.starts[v], ways.starts[v + 1]):
+            w, further = ways.ends[e], way + ways.lengths[e]
+            if further < along[w] and further <= limit:
+                if along[w] == np.inf:
+                    touched[count] = w
+                    count += 1
+                along[w] = further
+                heappush(queue, (further, w))
+    return False, count
+
+
+@njit(cache=True, nogil=True)
 def forget(along: Floats, touched: Ints, count: int) -> None:
     """Make the distances of the touched vertices unknown again."""
     for k in range(count):
@@ -60,25 +100,29 @@ def forget(along: Floats, touched: Ints, count: int) -> None:
 
 
 @njit(cache=True, nogil=True)
-def gaps(vertices: Floats, ways: Ways, reach: float, ratio: float) -> Floats:
-    """Return the distance of each vertex to the nearest one that is far along the skin `(N,)`.
+def seams(vertices: Floats, ways: Ways, reach: float, ratio: float) -> Flags:
+    """Tell which vertices are near others that are far along the skin `(N,)`.
+
+    On a fine mesh one vertex answers for all that are a small part of the reach from it
+    along the skin, so that the cost grows as the number of vertices, not as its square.
 
     Args:
         vertices: `(N, 3)`.
         ways: the edges.
-        reach: the largest distance that counts; infinite beyond.
+        reach: the largest distance that counts as near.
         ratio: how many times longer the way along the skin must be.
     """
     order, ranked, cells, size = _boxes(vertices, reach)
-    gap = np.full(len(vertices), np.inf)
+    found, answered = np.zeros(len(vertices), np.bool_), np.zeros(len(vertices), np.bool_)
     along, touched = np.full(len(vertices), np.inf), np.empty(len(vertices), np.int64)
     for v in range(len(vertices)):
         first, last = ways.starts[v], ways.starts[v + 1]
-        if first == last:
+        if first == last or answered[v]:
             continue
         slack = 2 * ways.lengths[first:last].mean()  # an edge path zigzags over short distances
         along[v], touched[0] = 0.0, v
         count = walk(ways, ratio * reach, along, touched, 1)
+        at_seam = False
         for row in range(9):
             x, y, z = cells[v, 0] + row // 3 - 1, cells[v, 1] + row % 3 - 1, cells[v, 2]
             if x < 0 or y < 0 or x >= size[0] or y >= size[1]:
@@ -87,12 +131,18 @@ def gaps(vertices: Floats, ways: Ways, reach: float, ratio: float) -> Floats:
             low = np.searchsorted(ranked, box + max(z - 1, 0))
             high = np.searchsorted(ranked, box + min(z + 1, size[2] - 1), side="right")
             for w in order[low:high]:
-                apart = np.sqrt(((vertices[v] - vertices[w]) ** 2).sum())
-                joined = ways.starts[w] < ways.starts[w + 1]
-                if joined and apart < min(reach, gap[v]) and along[w] > ratio * apart + slack:
-                    gap[v] = apart
+                apart = distance(vertices[v], vertices[w])
+                if apart < reach and along[w] > ratio * apart + slack and ways.starts[w] < ways.starts[w + 1]:
+                    at_seam = True
+                    break
+            if at_seam:
+                break
+        for w in touched[:count]:
+            if along[w] <= ANSWERS * reach:
+                answered[w] = True
+                found[w] = found[w] or at_seam
         forget(along, touched, count)
-    return gap
+    return found
 
 
 @njit(cache=True, nogil=True)
