@@ -5,7 +5,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/ready
 
-.PHONY: demo test check format bench pictures lock clean
+.PHONY: demo test check format bench speed pictures lock clean
 
 demo: $(READY)
 	$(BIN)/mien demo --out demo
@@ -36,7 +36,11 @@ format: $(READY)
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
+# Every method on the built-in cases, against the committed baseline.
 bench: $(READY)
+	$(BIN)/mien bench --embedded --gate benchmarks/results/bench_quick.json
+
+speed: $(READY)
 	$(BIN)/python -m benchmarks.speed.alignment
 	$(BIN)/python -m benchmarks.speed.solve
 	$(BIN)/python -m benchmarks.speed.whole

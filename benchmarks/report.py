@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import importlib.metadata
 import json
-import os
-import platform
 import statistics
-import subprocess
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
+
+from mien.evaluate.bench.machine import machine
 
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "benchmarks" / "results"
@@ -31,10 +29,8 @@ def median_seconds(run: Callable[[], object], repeats: int) -> float:
 
 def publish(name: str, about: str, rows: Sequence[Row], packages: Sequence[str], folder: Path = RESULTS) -> Path:
     """Print the rows as a table and write them as JSON; return the file written."""
-    machine = _machine(packages)
-    print(
-        f"\n{about}\n{machine['cpu']}, {machine['threads']} threads visible, {machine['system']}; {machine['commit']}"
-    )
+    where = machine(packages)
+    print(f"\n{about}\n{where['cpu']}, {where['threads']} threads visible, {where['system']}; {where['commit']}")
     columns = list(dict.fromkeys(key for row in rows for key in row))
     cells = [columns] + [[_text(row.get(key, "")) for key in columns] for row in rows]
     widths = [max(len(line[i]) for line in cells) for i in range(len(columns))]
@@ -42,7 +38,7 @@ def publish(name: str, about: str, rows: Sequence[Row], packages: Sequence[str],
         print("  ".join(text.ljust(width) for text, width in zip(line, widths, strict=True)).rstrip())
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{name}.json"
-    document = {"benchmark": name, "about": about, "machine": machine, "rows": list(rows)}
+    document = {"benchmark": name, "about": about, "machine": where, "rows": list(rows)}
     path.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
     print(f"written to {path}")
     return path
@@ -52,35 +48,3 @@ def _text(value: object) -> str:
     if isinstance(value, float):
         return f"{value:,.0f}" if abs(value) >= 1000 else f"{value:.3g}"
     return str(value)
-
-
-def _machine(packages: Sequence[str]) -> dict[str, Any]:
-    return {
-        "cpu": _cpu(),
-        "threads": os.cpu_count(),
-        "system": platform.platform(),
-        "python": platform.python_version(),
-        "packages": {name: importlib.metadata.version(name) for name in packages},
-        "commit": _commit(),
-        "time": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
-    }
-
-
-def _cpu() -> str:
-    listing = Path("/proc/cpuinfo")
-    if listing.is_file():
-        for line in listing.read_text(encoding="utf-8").splitlines():
-            if line.startswith("model name"):
-                return line.partition(":")[2].strip()
-    return platform.processor() or platform.machine()
-
-
-def _commit() -> str:
-    def git(*arguments: str) -> str:
-        done = subprocess.run(["git", *arguments], cwd=ROOT, capture_output=True, text=True, check=False)
-        return done.stdout.strip()
-
-    commit = git("rev-parse", "--short=12", "HEAD")
-    if not commit:
-        return "no commit"
-    return commit + (" with local changes" if git("status", "--porcelain") else "")

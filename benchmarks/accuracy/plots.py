@@ -50,7 +50,7 @@ def sweep_sheet(rows: Sequence[Row]) -> str:
         if column == 0:
             error.set_ylabel("vertex error, mm", fontsize=8, color=INK)
             gain.set_ylabel("gain", fontsize=8, color=INK)
-    return _svg(figure)
+    return on_white(figure)
 
 
 def _curve(axes: Axes, rows: Sequence[Row], key: str, colour: str) -> None:
@@ -66,7 +66,7 @@ def _curve(axes: Axes, rows: Sequence[Row], key: str, colour: str) -> None:
     axes.grid(visible=True, axis="y", color=FAINT, alpha=0.3, linewidth=0.6)
 
 
-def _svg(figure: Figure) -> str:
+def on_white(figure: Figure) -> str:
     """Return the figure as SVG text that is the same for the same numbers, on white."""
     rcParams["text.parse_math"] = False
     content = io.StringIO()

@@ -8,6 +8,7 @@ import sys
 import typer
 
 from mien.cli import (
+    bench,
     compose,
     convert,
     demo,
@@ -49,6 +50,7 @@ for command in (
     label.label,
     methods.methods,
     demo.demo,
+    bench.bench,
 ):
     app.command()(command)
 

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from mien.capture import Neutral, trace
-from mien.core import Blendshapes, Clip, Correspondence, InputError, Markers, Rig, SurfacePoints
+from mien.core import Blendshapes, Clip, Correspondence, Examples, InputError, Markers, Rig, SurfacePoints
 from mien.core.arrays import Floats, Ints
 from mien.evaluate.conditions import Conditions, captured
 from mien.evaluate.metrics import millimetre
@@ -42,6 +42,7 @@ class Case:
         recording: the test's weights in the names they were recorded in.
         truth: `F` frames of the character's true weights, as recorded.
         truth_range: the same, of the range shown in training.
+        lesson: the same of the training take, frame for frame: what a person would label it with.
         true_shapes: `(K, M, 3)` the actor's own version of each shape of the character, in the actor's unit.
         range_shapes: the same at the full range of the training take.
         seen: `(K,)` shapes that the actor has and that move a paired point.
@@ -60,6 +61,7 @@ class Case:
     recording: Clip
     truth: Clip
     truth_range: Clip
+    lesson: Clip
     true_shapes: Floats
     range_shapes: Floats
     seen: np.ndarray
@@ -80,6 +82,10 @@ class Case:
             name: yardstick(self.character, np.asarray(clip.values), counted, unit, self.stride)
             for name, (clip, counted) in truths.items()
         }
+
+    def labels(self, frames: Ints) -> Examples:
+        """Return the right answer at some frames of the training take."""
+        return Examples(frames, self.lesson.names, np.asarray(self.lesson.values)[frames])
 
     def shapes(self, truth: str) -> Floats:
         """Return the actor's own shapes in one of the truths, `(K, M, 3)` [cm of a human face]."""
@@ -144,6 +150,7 @@ def make_case(
         kept,
         Clip(names, weights @ meanings.drivers.T * seen, kept.fps),
         Clip(names, (weights / full) @ meanings.drivers.T * seen, kept.fps),
+        Clip(names, (np.asarray(played["training"].values) / full) @ meanings.drivers.T * seen, training.fps),
         np.tensordot(meanings.parts, deltas, axes=1),
         np.tensordot(meanings.parts * full, deltas, axes=1),
         seen,

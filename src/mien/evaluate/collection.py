@@ -54,19 +54,20 @@ class Recipe:
     visemes: bool = False
 
     @property
-    def name(self) -> str:
-        """What the case is called in tables."""
-        c, usual = self.conditions, Conditions()
-        special = [
+    def special(self) -> str:
+        """What is unusual about it, in words for a table."""
+        words = [
             f"±{self.spread:.0%}" if self.spread else "",
-            f"{c.markers}m" if c.markers != usual.markers else "",
-            f"{c.noise_mm:g}mm" if c.noise_mm != usual.noise_mm else "",
-            f"{c.gaps:.0%} gaps" if c.gaps else "",
-            "head" if c.head else "",
+            *self.conditions.special,
             "" if self.neutral_known else "neutral?",
             "visemes" if self.visemes else "",
         ]
-        return " ".join([f"{self.actor}>{self.character}", self.test, *filter(None, special)])
+        return " ".join(filter(None, words))
+
+    @property
+    def name(self) -> str:
+        """What the case is called in tables."""
+        return f"{self.actor}>{self.character} {self.test} {self.special}".rstrip()
 
 
 QUICK = (

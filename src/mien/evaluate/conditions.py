@@ -38,6 +38,18 @@ class Conditions:
     head: bool = False
     seed: int = 0
 
+    @property
+    def special(self) -> tuple[str, ...]:
+        """What is unusual about it, in words for a table."""
+        usual = Conditions()
+        words = [
+            f"{self.markers}m" if self.markers != usual.markers else "",
+            f"{self.noise_mm:g}mm" if self.noise_mm != usual.noise_mm else "",
+            f"{self.gaps:.0%} gaps" if self.gaps else "",
+            "head" if self.head else "",
+        ]
+        return tuple(filter(None, words))
+
 
 def captured(clean: Markers, conditions: Conditions, millimetre: float, rng: np.random.Generator) -> Markers:
     """Return markers as a capture would have them.

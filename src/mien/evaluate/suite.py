@@ -13,18 +13,15 @@ from mien.core import Clip, InputError
 from mien.core.arrays import Floats
 from mien.evaluate.cases import Case
 from mien.evaluate.metrics import active_per_frame, shape_error
+from mien.evaluate.played import FLOOR, Shapes, play
 from mien.evaluate.yardstick import Figures
 from mien.retargeting import make_method, parameters
 from mien.retargeting.method import Method
-from mien.retargeting.prepare import Prepared
 from mien.retargeting.settings import SolveSettings
-from mien.retargeting.shape_retargeter import ShapeRetargeter, shape_retargeter
 from mien.vocabularies import match
 
 TRUTHS = ("absolute", "range")
 COPY = "copy"
-FLOOR = "floor"
-"""The actor's true shapes, solved like any method's: what no better shapes could improve on."""
 AVERAGED = (
     "rmse",
     "correlation",
@@ -41,8 +38,6 @@ AVERAGED = (
 """The figures that a summary averages."""
 SAME = 0.005
 """Errors that differ by less than this share are the same."""
-
-Shapes = Floats | Callable[[Prepared], Floats]
 
 
 def run_case(case: Case, method: str | Method | Shapes, settings: Mapping[str, Any] | None = None) -> Figures:
@@ -67,9 +62,9 @@ def run_case(case: Case, method: str | Method | Shapes, settings: Mapping[str, A
     figures: Figures = {"case": case.name, "method": _named(method)}
     for truth in TRUTHS:
         if truth == TRUTHS[0] or (isinstance(method, str) and method == FLOOR):
-            clip, shapes = _result(case, method, dict(settings or {}), truth)
-        figures[truth] = compare(case, clip, truth, shapes)
-    figures["active"] = active_per_frame(clip.values)
+            found = play(case, method, settings, truth)
+        figures[truth] = compare(case, found.clip, truth, found.shapes)
+    figures["active"] = active_per_frame(found.clip.values)
     figures["seconds"] = time.perf_counter() - start
     return figures
 
@@ -144,23 +139,6 @@ def compare(case: Case, clip: Clip, truth: str, shapes: Floats | None = None) ->
     return figures
 
 
-def _result(
-    case: Case, method: str | Method | Shapes, settings: dict[str, Any], truth: str
-) -> tuple[Clip, Floats | None]:
-    """Return the weights for the test take, and the actor's shapes they were found with."""
-    if isinstance(method, str) and method == COPY:
-        return make_method(COPY, settings).fit(case.character, case.recording).retarget(case.recording)[0], None
-    if isinstance(method, str):
-        method = case.shapes(truth) if method == FLOOR else make_method(method, settings)
-    if isinstance(method, np.ndarray) or callable(method):
-        shapes = method(case.prepared) if callable(method) else method
-        fitted: Any = shape_retargeter("shapes", case.character, case.prepared, shapes, _solve(settings))
-    else:
-        fitted = method.fit(case.character, case.training, case.pairs, neutral=case.neutral, head_moves=case.head_moves)
-    clip, _ = fitted.retarget(case.test)
-    return clip, fitted.shapes if isinstance(fitted, ShapeRetargeter) else None
-
-
 def _standing(mine: Mapping[str, float], errors: Mapping[str, Mapping[str, float]]) -> Figures:
     """Compare a method's vertex errors by case with those of `rbf`, `direct` and the floor."""
     rbf, direct, floor = (errors.get(name, {}) for name in ("rbf", "direct", FLOOR))
@@ -186,11 +164,6 @@ def _applicable(method: str | Method, settings: Mapping[str, Any]) -> dict[str, 
     else:
         known = set()
     return {key: value for key, value in settings.items() if key in known}
-
-
-def _solve(settings: Mapping[str, Any]) -> SolveSettings:
-    known = {f.name for f in fields(SolveSettings)}
-    return SolveSettings(**{key: value for key, value in settings.items() if key in known})
 
 
 def _named(method: str | Method | Shapes) -> str:

@@ -12,14 +12,12 @@ from pathlib import Path
 import numpy as np
 
 from mien.capture import Neutral
-from mien.capture.trace import trace
-from mien.core import Clip, Correspondence, Examples, Markers, Rig, SurfacePoints
+from mien.core import Correspondence, Examples, Markers, Rig, SurfacePoints
 from mien.geometry.correspond import spread_points
 from mien.io.documents import join, read_extremes
 from mien.job.pairs import OWN, rig_landmarks
 from mien.job.performance import Performance
-from mien.retargeting.layers import table_of
-from mien.retargeting.layers.sources import Table
+from mien.retargeting.layers.posed import posed_extremes, shared_table
 
 
 def actor_extremes(
@@ -50,13 +48,11 @@ def actor_extremes(
         return None if take is None else (take, read_extremes(extremes), points)
     if training.actor is None or points is None:
         return None
-    mine, theirs = table_of(training.actor), table_of(character)
-    shared = [layer for layer in mine if len(set(mine[layer]) & set(theirs.get(layer, ()))) > 1]
+    shared = shared_table(training.actor, character)
     if not shared:
         return None
     assert training.clip is not None
-    own = {layer: mine[layer] for layer in shared}
-    take, examples = _posed_extremes(training.actor, points, own, training.clip.fps)
+    take, examples = posed_extremes(training.actor, points, shared, training.clip.fps)
     return take, examples, points
 
 
@@ -83,19 +79,3 @@ def rest_of(training: Performance, points: Correspondence | None, given: str | N
         stand_in = points or Correspondence(names, SurfacePoints.at_vertices(np.zeros(len(names), np.int64)))
         return training.neutral(stand_in, given)
     return None
-
-
-def _posed_extremes(actor: Rig, points: Correspondence, table: Table, fps: float) -> tuple[Markers, Examples]:
-    """Pose an actor's rig in each of its extremes, one frame each."""
-    names, rows = [], []
-    for layer, extremes in table.items():
-        for extreme, recipe in extremes.items():
-            row = np.zeros(len(actor.blendshapes))
-            for shape, weight in recipe.items():
-                row[actor.blendshapes.index(shape)] = weight
-            names.append(f"{layer}.{extreme}")
-            rows.append(row)
-    clip = Clip(actor.blendshapes.names, np.array(rows), fps)
-    assert points.source is not None
-    labels = np.where(np.eye(len(names)) > 0, 1.0, np.nan)
-    return trace(actor, clip, points.source, points.names), Examples(np.arange(len(names)), tuple(names), labels)
