@@ -47,7 +47,7 @@ def test_known_motion_of_bones_comes_back_exactly_where_chords_do_not():
 
 @pytest.mark.parametrize(("method", "most"), [("rbf", 0.2), ("range-of-motion", 0.3)])
 def test_the_default_solve_puts_vertices_within_a_fraction_of_a_millimetre(method, most):
-    settings = {"full_range": False} if method == "range-of-motion" else {}
+    settings = {"ahead": False, **({"full_range": False} if method == "range-of-motion" else {})}
     take, straight, turning = fitted(method, settings, scale=1000.0, noise=0.0002)
     rig, known, truth = bone_face(), bones(), played(curves())
     right = rig.pose(np.zeros((len(truth), 0)), truth.joints)

@@ -39,7 +39,7 @@ def acted(rig: Rig) -> np.ndarray:
     return rig.correctives.complete(np.pad(weights(), ((0, 0), (0, len(RULES)))))
 
 
-@pytest.mark.parametrize("method", ["rbf", "range-of-motion"])
+@pytest.mark.parametrize("method", ["rbf", "range-of-motion", "example-based"])
 def test_weights_come_back_and_the_clip_holds_those_of_the_correctives(method: str) -> None:
     rig = corrected()
     values, points = acted(rig), points_on(rig)
@@ -51,6 +51,13 @@ def test_weights_come_back_and_the_clip_holds_those_of_the_correctives(method: s
     np.testing.assert_array_equal(rig.correctives.complete(clip.values), clip.values)  # type: ignore[union-attr]
     np.testing.assert_allclose(replace(rig, correctives=None).pose(clip.values), rig.pose(clip.values), atol=1e-15)
     assert report.gain == pytest.approx(1, abs=2e-3)
+
+
+def test_a_solve_of_whole_clips_refuses_them_in_words() -> None:
+    rig = corrected()
+    take = capture(rig, acted(rig), points_on(rig))
+    with pytest.raises(InputError, match="has correctives.*use the method 'range-of-motion'"):
+        make_method("spacetime").fit(rig, take, pairs_of(points_on(rig)), head_moves=False)
 
 
 def test_a_model_keeps_its_correctives_and_a_damaged_one_is_refused() -> None:

@@ -20,7 +20,7 @@ from mien.retargeting.saved import packed, unpacked
 from tests.retargeting.actors import SHAPES, capture, clip_of, face, pairs_of, points_on, weights
 
 QUICK = LatentModel(floor=1e-3, beginning="principal", iterations=60)
-METHODS = [Latent(model=QUICK), Ridge()]
+METHODS = [Latent(), Latent(model=QUICK), Latent(regions=("brow", "eye")), Ridge()]
 
 
 def labels(count: int = 24) -> Examples:
@@ -28,7 +28,7 @@ def labels(count: int = 24) -> Examples:
     return Examples(frames, SHAPES, weights()[frames])
 
 
-@pytest.mark.parametrize("method", METHODS, ids=lambda m: m.name)
+@pytest.mark.parametrize("method", METHODS, ids=("transport", "paper", "regions", "ridge"))
 def test_a_take_is_learned_from_its_labels_kept_in_a_model_and_folded(method) -> None:
     rig = face()
     points = points_on(rig)
@@ -107,6 +107,33 @@ def test_regions_learned_apart_do_not_touch_each_other() -> None:
     assert np.abs(learnt.map(x) - y).max() < 1e-4
     with pytest.raises(InputError, match="divide"):
         ApartModel(RidgeModel(), parts[0], (np.array([0]), np.array([0]))).learn(samples(x, y))
+
+
+def test_regions_are_told_by_names_and_each_completes_its_own_pose() -> None:
+    rig = face()
+    points = points_on(rig)
+    fitted = Latent(regions=("brow",)).fit(rig, capture(rig, weights(), points), pairs_of(points), examples=labels())
+    upper, lower = fitted.figures["regions"]
+    assert upper == [name for name in SHAPES if "brow" in name.lower()]
+    assert sorted([*upper, *lower]) == sorted(SHAPES)
+    one, two = fitted.complete({lower[0]: 0.9}), fitted.complete({lower[0]: 0.1})
+    at = [SHAPES.index(name) for name in upper]
+    np.testing.assert_array_equal(one[at], two[at])
+    assert one[SHAPES.index(lower[0])] == 0.9
+
+
+def test_channels_that_never_have_a_value_are_left_out_and_named() -> None:
+    values = weights()
+    values[:, 2] = np.nan
+    fitted = Ridge().fit(face(), clip_of(values), examples=labels())
+    assert [note.where for note in fitted.notes if note.code == "channels-never-seen"] == [SHAPES[2]]
+    assert SHAPES[2] not in fitted.reading.names
+
+
+@pytest.mark.parametrize("words", [("nothing",), ("",)])
+def test_regions_that_divide_nothing_are_refused(words: tuple[str, ...]) -> None:
+    with pytest.raises(InputError, match="no two regions"):
+        Ridge(regions=words).fit(face(), clip_of(weights()), examples=labels())
 
 
 def test_unlabelled_frames_are_spread_whole_and_not_labelled() -> None:

@@ -14,11 +14,12 @@ from mien.retargeting import make_method
 from mien.retargeting.layers import LayeredFace, composed, layer_clip, rig_face, split_rig
 from mien.retargeting.layers.actor import make_actor
 from mien.retargeting.layers.comparison import compare_layers
-from mien.retargeting.layers.decompose import Decomposer, residual_mm
+from mien.retargeting.layers.decompose import BEGINNING, Decomposer, Lips, residual_mm
 from mien.retargeting.layers.dynamics import Dynamics
+from mien.retargeting.layers.head import head_of_curves, with_head_curves
 from mien.retargeting.layers.planar import planar_stabiliser
 from mien.retargeting.layers.still import hold_still
-from mien.solve.layered import solve_layered
+from mien.solve.layered import Bias, solve_layered
 from tests.retargeting.actors import at_rest, capture, face, points_on, weights
 from tests.retargeting.test_layers_model import TABLE, shares
 
@@ -91,10 +92,9 @@ def test_a_take_and_its_frames_give_the_same_to_the_bit() -> None:
     model, moved = acted(25)
     moved[7, 3:9] = np.nan
     take = decomposer(model).decompose(moved)
-    before, one = None, decomposer(model)
+    memory, one = BEGINNING, decomposer(model)
     for f in range(25):
-        found = one.decompose(moved[f : f + 1], before=before)
-        before = found.last
+        found, memory = one.follow(moved[f : f + 1], memory=memory)
         assert np.array_equal(found.coefficients[0], take.coefficients[f])
         assert np.array_equal(found.weights[0], take.weights[f])
 
@@ -109,6 +109,24 @@ def test_doubling_every_point_changes_nothing() -> None:
     one, other = decomposer(model).decompose(moved), decomposer(twice).decompose(np.repeat(moved, 2, axis=1))
     assert np.abs(one.objective - other.objective).max() < 1e-12
     assert np.abs(one.coefficients - other.coefficients).max() < 1e-7
+
+
+def test_the_order_of_extremes_and_of_layers_within_the_face_changes_nothing() -> None:
+    """From the first frame's many starts on: a tie between starts must not be decided by order."""
+    model, moved = acted(25)
+    plain = decomposer(model).decompose(moved)
+    for seed in range(4):
+        rng = np.random.default_rng(seed)
+        orders = [rng.permutation(size) for size in model.sizes]
+        layers = tuple(
+            replace(layer, extremes=tuple(layer.extremes[k] for k in order), offsets=layer.offsets[order])
+            for layer, order in zip(model.layers, orders, strict=True)
+        )
+        found = decomposer(replace(model, layers=layers)).decompose(moved)
+        where = np.concatenate([start + order for start, order in zip(model.starts, orders, strict=False)])
+        assert np.abs(found.weights - plain.weights).max() < 1e-6
+        assert np.abs(found.coefficients - plain.coefficients[:, where]).max() < 1e-6
+        assert np.abs(found.objective - plain.objective).max() < 1e-9 * plain.objective.max()
 
 
 def test_the_layered_model_reconstructs_better_than_any_layer_alone() -> None:
@@ -166,17 +184,39 @@ def test_units_of_the_take_change_nothing() -> None:
 
 def test_closed_lips_draw_the_mouth_to_the_closed_viseme() -> None:
     take, examples, neutral = picked()
-    lips = {"lips": "m21,m22", "closure": 1.0, "sigma": 10.0}
+    lips = {"lips": "m21,m22", "closure": 1.0, "closing": 0.0, "sigma": 10.0}
     rng = np.random.default_rng(4)
     acted = replace(take, points=take.points[[0, 1, 1, 1]] + rng.normal(0, 1e-5, (4, 49, 3)))
     free = make_method("layers", {"closure": 0}).fit(
         globe(), take, neutral=neutral, examples=examples, head_moves=False
     )
     drawn = make_method("layers", lips).fit(globe(), take, neutral=neutral, examples=examples, head_moves=False)
-    name = f"weight.{drawn.decomposer.face.regions.names[drawn.decomposer.lips.bias.region]}.speech"
+    name = f"weight.{drawn.character.regions.names[drawn.decomposer.lips.bias.region]}.speech"
     loose, tight = free.layers(acted), drawn.layers(acted)
     assert tight.channels([name])[-1] > loose.channels([name])[-1] + 0.5
     assert tight.channels(["speech.viseme_PP"])[-1] > 0.9
+
+
+def test_lips_count_as_closed_when_they_close_and_not_while_they_rest() -> None:
+    gap = np.concatenate([np.zeros(10), np.ones(10), np.zeros(40)])
+    points = np.zeros((len(gap), 2, 3))
+    points[:, 0, 1] = gap
+    points[13] = np.nan
+    lips = Lips(0, 1, 0.0, 0.02, 0.5, 0.05, Bias(0, 0, np.ones(2)))
+    gamma, opened = lips.gamma(points, 30.0)
+    assert gamma[:10].max() == 0
+    assert gamma[10:20].max() < 1e-9
+    assert gamma[20] > 0.49
+    assert gamma[40:].max() < 1e-6
+    assert gamma[13] == 0
+    parts, lately = [], 0.0
+    for f in range(len(gap)):
+        part, lately = lips.gamma(points[f : f + 1], 30.0, lately)
+        parts.append(part[0])
+    assert np.array_equal(parts, gamma)
+    assert lately == opened
+    published, _ = replace(lips, closing=0.0).gamma(points, 30.0)
+    assert np.all(published[:10] == 0.5)
 
 
 def test_bad_input_is_refused_in_words() -> None:
@@ -285,6 +325,47 @@ def test_dynamics_keep_shares_and_do_what_they_say() -> None:
             Dynamics(**wrong)
     with pytest.raises(InputError, match="unknown layer"):
         Dynamics({"dance": 1.0}).apply(model, clip)
+
+
+def test_a_layer_without_rest_is_shown_more_or_less_about_its_mean() -> None:
+    model = rig_face(face(), TABLE)
+    spoken = model.layers[model.layer("speech")]
+    bare = replace(spoken, offsets=spoken.offsets + 0.01)
+    model = replace(model, layers=tuple(bare if layer is spoken else layer for layer in model.layers))
+    clip = layer_clip(model, *shares(50, model), 30.0)
+    names = [name for name in clip.names if name.startswith("speech.")]
+    own = clip.channels(names)
+    (note,) = Dynamics({"speech": 0.5}).notes(model)
+    assert note.code == "gain-about-mean"
+    still = Dynamics({"speech": 0.0}).apply(model, clip).channels(names)
+    assert np.abs(still - own.mean(axis=0)).max() < 1e-12
+    half = Dynamics({"speech": 0.5}).apply(model, clip).channels(names)
+    assert np.abs(half - 0.5 * (own + own.mean(axis=0))).max() < 1e-12
+    more = Dynamics({"speech": 3.0}).apply(model, clip).channels(names)
+    assert more.min() >= 0
+    assert np.abs(more.sum(axis=1) - 1).max() < 1e-12
+    assert more.std(axis=0).min() > own.std(axis=0).min()
+
+
+def test_head_motion_goes_through_curves_and_to_faces_of_another_size() -> None:
+    model = rig_face(face(), TABLE)
+    head = np.tile(np.eye(4), (20, 1, 1))
+    head[:, :3, :3] = Rotation.from_euler("yxz", np.linspace([0, 0, 0], [0.5, -0.2, 0.1], 20)).as_matrix()
+    head[:, :3, 3] = np.linspace([0, 0, 0], [0.02, -0.01, 0.03], 20)
+    curves = with_head_curves(model, layer_clip(model, *shares(20, model), 30.0), head)
+    assert np.abs(head_of_curves(model, curves) - head).max() < 1e-12
+    giant = replace(
+        model,
+        rest=10 * model.rest + [1, 2, 3],
+        layers=tuple(replace(layer, offsets=10 * layer.offsets) for layer in model.layers),
+    )
+    there = head_of_curves(giant, curves)
+    here = np.einsum("fab,pb->fpa", head[:, :3, :3], model.rest) + head[:, None, :3, 3]
+    wanted = np.einsum("fab,pb->fpa", there[:, :3, :3], giant.rest) + there[:, None, :3, 3]
+    assert np.abs(wanted - (10 * here + [1, 2, 3])).max() < 1e-9
+    gap = replace(curves, values=np.where(np.arange(20)[:, None] == 5, np.nan, curves.values))
+    assert np.array_equal(head_of_curves(model, gap)[5], head_of_curves(model, curves)[4])
+    assert head_of_curves(model, layer_clip(model, *shares(3, model), 30.0)) is None
 
 
 def test_the_first_frame_at_rest_is_all_emotion() -> None:

@@ -10,10 +10,12 @@ from sklearn.linear_model import Ridge as SklearnRidge
 from sklearn.svm import SVR
 
 from mien.retargeting.regression import CrossMappingModel, GprModel, RidgeModel, SvrModel
+from mien.retargeting.regression.cross_mapping import fit_basis
 from mien.retargeting.regression.gpr import fit_process
-from mien.retargeting.regression.ridge import PENALTIES, fit_ridge, leave_one_out
+from mien.retargeting.regression.ridge import fit_ridge
 from mien.retargeting.regression.svr import fit_support_vectors
 from mien.retargeting.samples import samples
+from mien.solve.ridge import PENALTIES, leave_one_out
 
 MODELS = [RidgeModel(), GprModel(), SvrModel(), CrossMappingModel(share=0.999)]
 
@@ -115,3 +117,15 @@ def test_support_vectors_predict_as_scikit_learn_does() -> None:
     new = sheet(10, 12)[0]
     gammas = [(SVR(C=c, epsilon=0.02, gamma=found.steepness / 2).fit(x, y[:, 0]).predict(new)) for c in (1, 10, 100)]
     assert min(np.abs(g - found.mean(new)[:, 0]).max() for g in gammas) < 1e-3
+
+
+def test_cross_mapping_is_a_ridge_regression_on_basis_functions() -> None:
+    x, y = sheet(18, 8)
+    found = fit_basis(x, y)
+    features = np.exp(-0.5 * found.steepness * ((x[:, None] - x[None]) ** 2).sum(axis=2))
+    size = float(np.linalg.eigvalsh(features @ features.T).mean())
+    fits = [
+        SklearnRidge(alpha=penalty * size, fit_intercept=False, solver="svd").fit(features, y - y.mean(axis=0)).coef_.T
+        for penalty in PENALTIES
+    ]
+    assert min(np.abs(features @ (fit - found.coefficients)).max() for fit in fits) < 1e-6

@@ -13,11 +13,13 @@ from mien.core import InputError, Note
 from mien.retargeting.records import record, restored
 from mien.retargeting.samples import Samples
 from mien.retargeting.transport import LearntTransport, TransportModel
-from mien.retargeting.transport.experts import Expert, alone, stretch_of
+from mien.retargeting.transport.experts import LinearExpert, ProcessExpert, Seen, alone, stretch_of
 from mien.retargeting.transport.hull import LocalHull
 from mien.retargeting.transport.plan import transport_plan
+from mien.retargeting.transport.posing import completed, weighted_median
 from mien.retargeting.transport.principal import PrincipalSpace
 from mien.retargeting.transport.process import PRIOR, LinearRadialKernel, Process, evidence
+from mien.retargeting.transport.shares import Shares, shares
 
 
 def performance(rng: np.random.Generator, frames: int, noise: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
@@ -101,14 +103,17 @@ def test_unlabelled_rows_of_both_sides_make_it_better(rng: np.random.Generator) 
     assert np.mean(ratios) < 0.9
 
 
-def test_without_target_only_rows_it_is_the_gaussian_process(rng: np.random.Generator) -> None:
+def test_without_target_only_rows_it_is_the_process_and_a_linear_map(rng: np.random.Generator) -> None:
     given = drawn(rng)
     given = Samples(given.X_labelled, given.Y_labelled, given.X_only, given.Y_only[:0])
     learnt = TransportModel().learn(given)
     space = PrincipalSpace.of(given.X)
     process = alone(stretch_of(space, 0.5), space.coordinates(given.X_labelled), given.Y_labelled)
-    assert learnt.shares.tolist() == [1.0]
-    np.testing.assert_array_equal(learnt.map(given.X_only), process.expected(space.coordinates(given.X_only)))
+    line = LinearExpert.told(given.X_labelled, given.Y_labelled)
+    seen = Seen.of(space, given.X_only)
+    say = learnt.shares.at(process.doubt(seen))
+    expected = say[:, :1] * process.expected(seen) + say[:, 1:] * line.expected(seen)
+    np.testing.assert_allclose(learnt.map(given.X_only), expected, atol=1e-12)
 
 
 def test_target_rows_of_another_kind_do_no_harm(rng: np.random.Generator) -> None:
@@ -116,7 +121,7 @@ def test_target_rows_of_another_kind_do_no_harm(rng: np.random.Generator) -> Non
     foreign = Samples(given.X_labelled, given.Y_labelled, given.X_only, 3 + 5 * rng.normal(size=(60, 7)))
     x, y = performance(rng, 200, 0.05)
     learnt = TransportModel().learn(foreign)
-    assert learnt.shares[0] > 0.5
+    assert learnt.shares.doubtful[:2].sum() > 0.5
     assert rms(learnt.map(x), y) < 1.05 * rms(TransportModel(rounds=0).learn(foreign).map(x), y)
 
 
@@ -194,7 +199,8 @@ def test_what_is_learned_survives_as_plain_values_and_arrays(rng: np.random.Gene
     given = drawn(rng)
     learnt, arrays = TransportModel().learn(given), {}
     written = json.loads(json.dumps(record(learnt, arrays)))
-    classes = (LearntTransport, PrincipalSpace, Expert, Process, LinearRadialKernel, LocalHull, Note)
+    classes = (LearntTransport, PrincipalSpace, ProcessExpert, LinearExpert, Shares, Process, LinearRadialKernel)
+    classes = (*classes, LocalHull, Note)
     again = restored(written, arrays, {kind.__name__: kind for kind in classes})
     np.testing.assert_array_equal(again.map(given.X_only), learnt.map(given.X_only))
     np.testing.assert_array_equal(again.variance(given.X_only), learnt.variance(given.X_only))
@@ -203,3 +209,50 @@ def test_what_is_learned_survives_as_plain_values_and_arrays(rng: np.random.Gene
 def test_a_pose_of_nothing_is_refused(rng: np.random.Generator) -> None:
     with pytest.raises(InputError, match="no entry"):
         TransportModel(rounds=0).learn(drawn(rng)).complete(np.full(7, np.nan))
+
+
+def test_where_labels_solve_a_clean_linear_rig_the_weak_ones_do_not_spoil_it(rng: np.random.Generator) -> None:
+    acts = np.abs(rng.normal(size=(300, 12))) * 0.8 ** np.arange(12)
+    x, y = acts @ rng.normal(size=(12, 60)), acts @ rng.normal(size=(12, 8))
+    given = Samples(x[:14], y[:14], x[16:116], y[116:216])
+    learnt = TransportModel().learn(given)
+    exact = LinearExpert.told(x[:14], y[:14])
+    rest = Seen(x[216:], x[216:])
+    assert rms(exact.expected(rest), y[216:]) < 1e-5
+    assert rms(learnt.map(x[216:]), y[216:]) < 0.01 * y.std()
+
+
+def test_shares_are_shares_and_go_to_the_expert_that_is_right(rng: np.random.Generator) -> None:
+    given = drawn(rng, labels=20)
+    space = PrincipalSpace.of(given.X)
+    seen, stretch = Seen.of(space, given.X_labelled), stretch_of(space, 0.5)
+
+    def learn(used: np.ndarray) -> list[object]:
+        good = alone(stretch, seen.coordinates[used], given.Y_labelled[used])
+        return [good, LinearExpert(np.zeros((given.X.shape[1], 7)), np.full(7, 50.0), np.ones(7))]
+
+    found = shares(learn, seen, given.Y_labelled, 2)
+    say = found.at(np.geomspace(1e-6, 1, 9))
+    assert (say >= 0).all()
+    np.testing.assert_allclose(say.sum(axis=1), 1, atol=1e-12)
+    assert (say[:, 0] > 0.95).all()
+
+
+def test_a_completed_pose_stays_in_range_and_leaves_most_entries_at_rest(rng: np.random.Generator) -> None:
+    poses = np.where(rng.random((400, 30)) < 0.15, rng.random((400, 30)), 0.0)
+    poses[:, 1] = 0.5 * poses[:, 0]
+    asked = np.full(30, np.nan)
+    asked[0] = 0.9
+    found = completed(asked, PrincipalSpace.of(poses), poses)
+    assert found[0] == 0.9
+    assert 0.2 < found[1] <= 0.5
+    assert ((found >= 0) & (found <= 1)).all()
+    assert (np.abs(found[2:]) > 0.02).sum() <= 3
+
+
+def test_a_weighted_median_counts_rows_as_often_as_they_weigh(rng: np.random.Generator) -> None:
+    rows, often = rng.normal(size=(15, 4)), rng.integers(1, 5, 15)
+    often[0] += 1 - often.sum() % 2
+    np.testing.assert_array_equal(
+        weighted_median(rows, often.astype(float)), np.median(np.repeat(rows, often, axis=0), axis=0)
+    )

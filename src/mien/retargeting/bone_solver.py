@@ -43,6 +43,11 @@ class BoneSolver(FrameSolver):
     carried: CarriedPoints
     to_actor: Floats
 
+    @property
+    def convex(self) -> bool:
+        """Turning bones are not."""
+        return False
+
     def displaced(self, weights: Floats) -> Floats:
         """Return the actor's points `p`, `(…, M, 3)` [cm] from neutral, under weights `(…, K)`."""
         bent = self.carried.at(weights) - self.carried.rest - np.tensordot(weights, self.carried.chords, axes=1)

@@ -19,8 +19,10 @@ from mien.core.arrays import Flags, Floats
 from mien.core.errors import unknown
 from mien.geometry.align import Similarity
 from mien.io.table import ranges
+from mien.retargeting.divide import divided
 from mien.retargeting.labelled import checked_examples, doubts, evenly, unlabelled
-from mien.retargeting.rows import ChannelRows, MarkerRows, Reading, read_points, read_weights
+from mien.retargeting.regions import Apart, ApartModel, KnowsPoses
+from mien.retargeting.rows import ChannelRows, MarkerRows, read_training
 from mien.retargeting.samples import Learner, Learnt, Samples
 from mien.retargeting.settings import in_range
 
@@ -62,6 +64,12 @@ class ExampleRetargeter:
     def placement(self) -> Similarity | None:
         """From the actor's space to the character's; None if frames are weights."""
         return self.reading.placement if isinstance(self.reading, MarkerRows) else None
+
+    @property
+    def knows_poses(self) -> bool:
+        """Whether poses can be completed."""
+        parts = [part.learnt for part in self.learnt.parts] if isinstance(self.learnt, Apart) else [self.learnt]
+        return all(isinstance(part, KnowsPoses) for part in parts)
 
     def retarget(self, performance: Any) -> tuple[Clip, Report]:
         """Map a take onto the character.
@@ -129,8 +137,7 @@ class ExampleRetargeter:
         Raises:
             InputError: nothing is given, a name is unknown, or the method knows no poses.
         """
-        complete = getattr(self.learnt, "complete", None)
-        if complete is None:
+        if not self.knows_poses:
             raise InputError(
                 f"the method {self.method!r} learned how frames become poses, but not what poses there are; to complete "
                 "poses, fit with --method latent."
@@ -140,7 +147,8 @@ class ExampleRetargeter:
             if name not in self.names:
                 raise InputError(unknown("parameter", name, self.names))
             pose[self.names.index(name)] = value
-        found = complete(pose)
+        assert isinstance(self.learnt, KnowsPoses | Apart)
+        found = self.learnt.complete(pose)
         return np.where(np.isnan(pose), self._within(found[0] if isinstance(found, tuple) else found), pose)
 
     def _within(self, values: Floats) -> Floats:
@@ -164,6 +172,7 @@ class ExampleMethod(ABC):
         count: unlabelled frames taken from the training take, and from the character's animations, evenly.
         bounds: lowest and highest value of a parameter, or None for no bounds.
         animations: existing clips of the character; their frames are targets without a source.
+        regions: words in the names of the upper face's parameters, learned apart from the others; `auto` for usual ones.
     """
 
     name: ClassVar[str]
@@ -174,6 +183,7 @@ class ExampleMethod(ABC):
     count: int = 100
     bounds: tuple[float, float] | None = None
     animations: tuple[Clip, ...] = ()
+    regions: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         in_range(self, count=(0, 10_000))
@@ -210,12 +220,18 @@ class ExampleMethod(ABC):
             InputError: no labels, labels outside of the take, or labels that contradict each other.
         """
         labels = checked_examples(examples, len(training), self.name)
-        read = _reading(training, character, pairs, neutral, rigid, head_moves)
+        read = read_training(training, character, pairs, neutral, rigid, head_moves)
         shown = read.take[labels.frames]
         free = unlabelled(read.take, labels.frames, self.count)
         samples = Samples(shown, labels.values, read.take[free], self._targets(labels.names))
-        learnt = self.learner(read.take).learn(samples)
-        figures = {"labels": len(labels.frames), "unlabelled": [len(samples.X_only), len(samples.Y_only)]}
+        learner = self.learner(read.take)
+        figures: dict[str, Any] = {"labels": len(labels.frames)}
+        figures["unlabelled"] = [len(samples.X_only), len(samples.Y_only)]
+        if self.regions:
+            sources, targets = divided(self.regions, labels.names, read.how)
+            learner = ApartModel(learner, sources, targets)
+            figures["regions"] = [[labels.names[i] for i in region] for region in targets]
+        learnt = learner.learn(samples)
         if read.neutral_frame is not None:
             figures["neutral_frame"] = read.neutral_frame
         said = (*read.notes, *doubts(labels, read.take))
@@ -238,16 +254,3 @@ class ExampleMethod(ABC):
             rows.append(values[~np.isnan(values).all(axis=1)])
         every = np.concatenate(rows)
         return every[evenly(len(every), self.count)]
-
-
-def _reading(
-    training: Markers | Clip,
-    character: Rig | None,
-    pairs: Correspondence | None,
-    neutral: Neutral | None,
-    rigid: Sequence[str],
-    head_moves: bool,
-) -> Reading:
-    if isinstance(training, Clip):
-        return read_weights(training)
-    return read_points(training, character, pairs, neutral=neutral, rigid=rigid, head_moves=head_moves)

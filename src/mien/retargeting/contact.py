@@ -18,10 +18,8 @@ from mien.core import Note, Rig, SurfacePoints
 from mien.core.arrays import Flags, Floats
 from mien.geometry.surface import unit
 from mien.retargeting.prepare import Prepared
+from mien.vocabularies.openings import LIDS, LIPS
 
-LIDS = {"right lids": ((37, 41), (38, 40)), "left lids": ((43, 47), (44, 46))}
-LIPS = {"lips": ((61, 67), (62, 66), (63, 65))}
-"""Openings, and the iBUG numbers of landmarks above and below that face each other."""
 WIDTH_CM = 1.0
 """A marker tells of an opening if it is within this of a landmark there, on the same side of it."""
 BLINK = 0.3
@@ -89,7 +87,7 @@ def find_contacts(character: Rig, prepared: Prepared, strength: float) -> tuple[
     """
     up = _upwards(character)
     rows = {}
-    for name, pairs in (LIDS | LIPS).items():
+    for name, pairs in {**LIDS, **LIPS}.items():
         if up is not None and _named(character, pairs):
             opening = _Opening(*_sides(character, pairs), up)
             reading = _reading(opening, character, prepared)

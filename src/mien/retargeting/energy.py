@@ -63,6 +63,11 @@ class FrameSolver:
     correctives: Correctives | None = None
     contacts: Contacts | None = None
 
+    @property
+    def convex(self) -> bool:
+        """Whether a whole take is one convex problem in which every frame is like this one."""
+        return not len(self.exclusive) and self.correctives is None and self.contacts is None
+
     def problem(self, seen: Flags) -> tuple[LassoProblem, Floats]:
         """Return the problem for frames that see these markers `(M,)`, and `2/M Δp` for its data vectors."""
         weight = np.where(seen, self.confidence, 0.0)

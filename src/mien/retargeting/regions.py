@@ -6,12 +6,26 @@ The discussion of Bouaziz and Pauly 2014, after Tena et al. 2011; for any model.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
 from mien.core import InputError, Note
 from mien.core.arrays import Floats, Ints
 from mien.retargeting.samples import Learner, Learnt, Samples
+
+
+@runtime_checkable
+class KnowsPoses(Protocol):
+    """A learned map that also knows what poses there are."""
+
+    def complete(self, given: Floats) -> Floats | tuple[Floats, Floats]:
+        """Complete a pose `(dy,)`, NaN where free."""
+        ...
+
+    def typical(self) -> Floats:
+        """Return the pose `(dy,)` of which nothing is given."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +81,19 @@ class Apart:
             after.append(kept)
         return tuple(after), found
 
+    def complete(self, given: Floats) -> Floats:
+        """Complete a pose `(dy,)` of which a few entries are given, NaN where free; a region with none stays typical.
+
+        Raises:
+            InputError: no entry is given, or the model knows no poses.
+        """
+        if np.isnan(given).all():
+            raise InputError("no entry of the pose is given; give at least one, the more telling the better.")
+        found = np.zeros(self.size)
+        for part in self.parts:
+            found[part.targets] = _completed(_of(part), given[part.targets])
+        return found
+
 
 @dataclass(frozen=True, eq=False)
 class ApartModel:
@@ -110,3 +137,12 @@ class ApartModel:
 def _of(part: Part) -> Learnt:
     assert part.learnt is not None
     return part.learnt
+
+
+def _completed(learnt: Learnt, given: Floats) -> Floats:
+    if not isinstance(learnt, KnowsPoses):
+        raise InputError("the model learned how frames become poses, but not what poses there are.")
+    if np.isnan(given).all():
+        return learnt.typical()
+    found = learnt.complete(given)
+    return np.asarray(found[0] if isinstance(found, tuple) else found)

@@ -123,6 +123,20 @@ class Reading:
     notes: tuple[Note, ...]
 
 
+def read_training(
+    training: Markers | Clip,
+    character: Rig | None,
+    pairs: Correspondence | None,
+    neutral: Neutral | None,
+    rigid: Sequence[str],
+    head_moves: bool,
+) -> Reading:
+    """Read a take of either kind, see `read_weights` and `read_points`."""
+    if isinstance(training, Clip):
+        return read_weights(training)
+    return read_points(training, character, pairs, neutral=neutral, rigid=rigid, head_moves=head_moves)
+
+
 def read_weights(training: Clip) -> Reading:
     """Read a take of weights; channels that never change say nothing and are left out.
 
@@ -134,7 +148,13 @@ def read_weights(training: Clip) -> Reading:
     names = tuple(name for name, moves in zip(training.names, moving, strict=True) if moves)
     if not names:
         raise InputError("no channel of the training take ever changes; give a take in which the actor moves.")
-    return Reading(ChannelRows(names), training.channels(names), training.fps, None, training.notes)
+    empty = np.asarray(np.isnan(training.values).all(axis=0))
+    gone = [name for name, never in zip(training.names, empty, strict=True) if never]
+    notes = training.notes
+    if gone:
+        text = f"{len(gone)} channels never have a value and are left out: {', '.join(gone[:8])}."
+        notes = (*notes, Note("channels-never-seen", text, gone[0]))
+    return Reading(ChannelRows(names), training.channels(names), training.fps, None, notes)
 
 
 def read_points(

@@ -22,11 +22,12 @@ from mien.retargeting.regression.learnt import LearntRegression
 from mien.retargeting.regression.predictor import Predictor
 from mien.retargeting.rows import ChannelRows, MarkerRows
 from mien.retargeting.scaling import Scaling
-from mien.retargeting.transport.experts import Expert
+from mien.retargeting.transport.experts import LinearExpert, ProcessExpert
 from mien.retargeting.transport.hull import LocalHull
 from mien.retargeting.transport.learnt import LearntTransport
 from mien.retargeting.transport.principal import PrincipalSpace
 from mien.retargeting.transport.process import LinearRadialKernel, Process
+from mien.retargeting.transport.shares import Shares
 from mien.solve.gaussian_kernel import Kernel
 
 CLASSES: dict[str, type[Any]] = {
@@ -35,7 +36,8 @@ CLASSES: dict[str, type[Any]] = {
         *(ExampleRetargeter, MarkerRows, ChannelRows, Stabiliser, Similarity, Examples, Note, Scaling),
         *(LearntLatent, Observer, Regressor, Kernel, Convergence, Apart, Part),
         *(LearntRegression, Predictor, GapFilling),
-        *(LearntTransport, PrincipalSpace, Expert, Process, LinearRadialKernel, LocalHull),
+        *(LearntTransport, PrincipalSpace, Process, LinearRadialKernel, LocalHull),
+        *(ProcessExpert, LinearExpert, Shares),
     )
 }
 """All that a saved model may be made of."""
@@ -68,7 +70,7 @@ def unpacked_examples(header: Mapping[str, Any], arrays: Mapping[str, NDArray[An
     values = fitted.retarget(_trial(fitted))[0].values
     if values.shape != (2, len(fitted.names)) or not np.isfinite(values).all():
         raise ValueError("the model does not map a frame to its parameters")
-    if hasattr(fitted.learnt, "complete"):
+    if fitted.knows_poses:
         fitted.complete({fitted.names[0]: 0.0})
     return fitted
 

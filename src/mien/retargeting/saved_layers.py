@@ -86,8 +86,8 @@ def _check_decomposer(decomposer: Decomposer, count: int) -> None:
         return
     if not (0 <= lips.upper < count and 0 <= lips.lower < count):
         raise ValueError(f"the lips are the points {lips.upper} and {lips.lower} of {count}")
-    for value, what in ((lips.closed, "the closed lips"), (lips.sigma, "sigma"), (lips.closure, "the closure")):
-        _number(value, what)
+    for name in ("closed", "sigma", "closure", "closing"):
+        _number(getattr(lips, name), f"{name} of the lips")
 
 
 def _check_character(fitted: LayeredRetargeter) -> None:

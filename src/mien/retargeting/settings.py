@@ -28,6 +28,8 @@ class SolveSettings:
             working against each other.
         smooth: resistance to change, at 30 frames a second and alike at any other rate; a held
             pose is held at any value.
+        ahead: whether the smoothness of a whole take ties a frame to the next as well as to the one
+            before. Live, nobody knows the next; with `ahead` off, a take gives what its frames give one by one.
         bounds: lowest and highest weight, or None for no bounds (the paper's choice).
         off: shapes kept at rest, by name or pattern. Visemes are mixtures of the other shapes:
             left in, they take over the jaw's curve. Shapes that match are used all the same if
@@ -46,6 +48,7 @@ class SolveSettings:
     sparsity: float = 0.0002
     damping: float = 0.003
     smooth: float = 0.002
+    ahead: bool = True
     bounds: tuple[float, float] | None = (0.0, 1.0)
     off: Sequence[str] = ("viseme_*",)
     unseen: bool = True

@@ -1,14 +1,14 @@
 """The fitted form of every method that gives the actor blendshapes of their own.
 
-Whatever made the shapes (alignment, a warp), a frame is solved the same way, so a whole
-take and a live stream give the same weights.
+Whatever made the shapes (alignment, a warp), a frame is solved the same way.  Live, it is
+smoothed by the frame before; in a whole take by both neighbours, unless that is asked not to be.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from mien.core.arrays import Floats
 from mien.geometry.align import Similarity, inverse_rigid, transform
 from mien.retargeting.contact import find_contacts
 from mien.retargeting.energy import FrameSolver, frame_solver
+from mien.retargeting.movement import MovementSolver
 from mien.retargeting.prepare import Prepared
 from mien.retargeting.prior import PRIORS
 from mien.retargeting.settings import SolveSettings
@@ -61,8 +62,6 @@ class ShapeRetargeter:
         alignment: what the fit found on the way, for looking into; None once saved.
     """
 
-    unseen_are: ClassVar[str] = "hold the frame before"
-
     method: str
     names: tuple[str, ...]
     markers: tuple[str, ...]
@@ -101,7 +100,17 @@ class ShapeRetargeter:
 
     def solved(self, take: Floats, fps: float) -> tuple[Floats, float]:
         """Return weights `(F, K)` of a take `(F, M, 3)` [cm], and the largest KKT residual."""
-        return self.solver.batch(take, fps)
+        return MovementSolver(self.solver, 0.0).clip(take, fps) if self.ahead else self.solver.batch(take, fps)
+
+    @property
+    def ahead(self) -> bool:
+        """Whether frames of a take are tied to the next one, too; only what is convex over a whole take can be."""
+        return self.solver.settings.ahead and self.solver.settings.smooth > 0 and self.solver.convex
+
+    @property
+    def unseen_are(self) -> str:
+        """What becomes of frames that see no marker, for the report."""
+        return "are interpolated between the frames around them" if self.ahead else "hold the frame before"
 
     def start(self) -> State:
         """Begin with no frame before."""

@@ -26,7 +26,8 @@ from numpy.typing import ArrayLike
 
 from mien.core.arrays import Floats, Ints, floats
 from mien.core.errors import InputError
-from mien.solve.layered_kernels import Shape, correlate, descend, descend_frames, gradient, objective, parts_for
+from mien.solve.layered_descent import descend, descend_frames
+from mien.solve.layered_terms import Shape, correlate, gradient, objective, parts_for
 from mien.solve.simplex_kernels import kkt
 from mien.solve.symmetric import semidefinite
 
@@ -75,6 +76,7 @@ class LayeredProblem:
     smooth: float = 0.0
     bias: Bias | None = None
     shape: Shape = field(init=False, repr=False)
+    top: float = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         put = object.__setattr__
@@ -90,6 +92,7 @@ class LayeredProblem:
         if not (np.isfinite(self.smooth) and self.smooth >= 0):
             raise InputError(f"the smoothness must be a finite number, 0 or more, but is {self.smooth}.")
         put(self, "shape", self._shape())
+        put(self, "top", float(self.gram.sum(axis=0).diagonal().max()))
 
     @property
     def regions(self) -> int:
@@ -126,9 +129,8 @@ class LayeredProblem:
 
         It is what the largest extreme, the bias and the smoothness pull: `2 ((1−γ) max diag Σ A_l + γ + λ)`.
         """
-        top = self.gram.sum(axis=0).diagonal().max()
         biased = gamma if self.bias is not None else np.zeros_like(gamma)
-        return np.asarray(np.maximum(2 * ((1 - gamma) * top + biased + self.smooth), 1e-300))
+        return np.asarray(np.maximum(2 * ((1 - gamma) * self.top + biased + self.smooth), 1e-300))
 
     def evaluate(
         self,

@@ -10,10 +10,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg.lapack import dpotrf, dpotri
+from scipy.linalg.blas import dsyrk
+from scipy.linalg.lapack import dpotrf, dpotri, dpotrs
 
 from mien.core.arrays import Floats, Ints
 from mien.solve.gaussian_kernel import Kernel
+from mien.solve.gaussian_pairs import fill_kernel, pull
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,16 +81,29 @@ class DenseLikelihood:
         kernel = Kernel.of(logs, self.floor)
         value, by_z, by_logs = 0.0, np.zeros_like(z), np.zeros(3)
         for block in self.parts:
-            points, count = z[block.rows], len(block.columns)
-            smooth = kernel(points, points)
-            inverse, log_determinant = inverse_of(smooth, kernel.noise)
-            weights = inverse @ block.turned
-            value += 0.5 * count * log_determinant + 0.5 * float((weights * block.turned).sum())
-            by = 0.5 * (count * inverse - weights @ weights.T)
-            by_z[block.rows] += 2 * kernel.points_gradient(points, points, smooth, by)
-            by_logs[:2] += kernel.logs_gradient(points, points, smooth, by)
-            by_logs[2] -= float(by.trace()) * (kernel.noise - self.floor)
+            part, pulled, logs_pulled = _of_block(block, np.ascontiguousarray(z[block.rows]), kernel)
+            value += part
+            by_z[block.rows] += pulled
+            by_logs[:2] += logs_pulled[:2]
+            by_logs[2] -= logs_pulled[2] * (kernel.noise - self.floor)
         return value, by_z, by_logs
+
+
+def _of_block(block: Block, points: Floats, kernel: Kernel) -> tuple[float, Floats, tuple[float, float, float]]:
+    """Return a block's value, and its derivatives by the points `(r, q)` and by height, steepness and noise."""
+    count = len(block.columns)
+    smooth, pulled = np.empty((len(points), len(points))), np.empty_like(points)
+    fill_kernel(points, kernel.height, kernel.steepness, kernel.noise, smooth)
+    # The matrix is symmetric, so its transpose is the same in the order of columns that LAPACK writes to.
+    factor, failed = dpotrf(smooth.copy().T, lower=1, overwrite_a=1, clean=0)
+    if failed:
+        raise np.linalg.LinAlgError("the kernel matrix is not positive definite")
+    log_determinant = 2 * float(np.log(factor.diagonal()).sum())
+    weights = dpotrs(factor, block.turned, lower=1)[0]
+    inverse = dpotri(factor, lower=1, overwrite_c=1)[0]
+    by = dsyrk(-0.5, weights, beta=0.5 * count, c=inverse, lower=1, overwrite_c=1)
+    value = 0.5 * count * log_determinant + 0.5 * float(np.vdot(weights, block.turned))
+    return value, pulled, pull(points, smooth, kernel.height, kernel.steepness, by, pulled)
 
 
 def inverse_of(smooth: Floats, noise: float) -> tuple[Floats, float]:

@@ -21,8 +21,8 @@ from mien.solve.symmetric import semidefinite
 
 HALVINGS = 12
 """How often a step that does not lower the objective is halved before the sweeps go on alone."""
-NEWTON_STEPS = 3
-"""Steps on the free set between sweeps."""
+SWEEPS = 6
+"""Between steps on the free set; they find out what is free."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,36 +122,29 @@ def solve_clip(problem: ClipProblem, start: Floats, *, tol: float = 1e-8, max_ro
     x = np.clip(floats(start, problem.load.shape, "the starting weights"), problem.lower, problem.upper)
     shared = (problem.blocks, problem.which, problem.links, problem.joined)
     limits = (problem.l1, problem.lower, problem.upper)
-    rounds = 0
-    while True:
-        for _ in range(NEWTON_STEPS):
-            left = problem.kkt(x)
-            if left <= tol or rounds >= max_rounds:
-                return ClipSolution(x, left, rounds, left <= tol)
-            better = _newton_step(problem, x)
-            if better is None:
-                break
-            x = better
-        for backward in (False, True):
-            kernels.sweep(*shared, problem.load, *limits, x, backward)
-        rounds += 1
+    rounds, left = 0, problem.kkt(x)
+    while left > tol and rounds < max_rounds:
+        for number in range(SWEEPS):
+            kernels.sweep(*shared, problem.load, *limits, x, number % 2 == 1)
+        x = _newton_step(problem, x)
+        rounds, left = rounds + 1, problem.kkt(x)
+    return ClipSolution(x, left, rounds, left <= tol)
 
 
-def _newton_step(problem: ClipProblem, x: Floats) -> Floats | None:
-    """Return lower weights on the way to the minimum over the free coordinates; None if there are none."""
+def _newton_step(problem: ClipProblem, x: Floats) -> Floats:
+    """Return lower weights on the way to the minimum over the free coordinates; `x` itself if there are none."""
     g, d, count = problem.gradient(x), np.zeros_like(x), np.empty(len(x), np.int64)
     free, limits = np.empty(x.shape, np.int64), (problem.l1, problem.lower, problem.upper)
     kernels.free_sets(problem.blocks, problem.which, *limits, x, free, count)
     shared = (problem.blocks, problem.which, problem.links, problem.joined)
-    if not count.any() or not kernels.newton_direction(*shared, problem.l1, x, g, free, count, d):
-        return None
+    kernels.newton_direction(*shared, problem.l1, x, g, free, count, d)
     before = kernels.objective(problem.load, problem.l1, x, g)
     candidate = np.empty_like(x)
     for halving in range(HALVINGS):
         kernels.moved(*limits, x, d, 0.5**halving, candidate)
         if problem.objective(candidate) < before:
             return candidate
-    return None
+    return x
 
 
 def solve_uniform(gram: Floats, link: Floats, load: Floats) -> Floats:

@@ -1,7 +1,7 @@
 """The compiled inside of the whole-clip solve: coordinate sweeps, and exact steps on the free set of all frames.
 
 The problem is block tridiagonal: frame `f` has a symmetric block `A_f` and is tied to the next by
-`−V_f`.  Sweeps find which coordinates are zero or at a bound; a block Cholesky step on the
+`−V_f`.  Sweeps find which coordinates are zero or at a bound; block elimination of the
 remaining (free) ones, over all frames at once, is exact however strongly frames are tied.
 Both lower the objective.
 
@@ -126,33 +126,44 @@ def free_sets(
 
 
 @njit(cache=True, nogil=True)
-def factorise(matrix: Floats) -> bool:
-    """Replace the upper triangle of a symmetric matrix by `U`, `UᵀU` being the matrix; False if it is not definite."""
-    n = len(matrix)
-    for i in range(n):
-        if not matrix[i, i] > 0:
-            return False
-        pivot = np.sqrt(matrix[i, i])
-        row = matrix[i]
-        for j in range(i, n):
-            row[j] /= pivot
-        for r in range(i + 1, n):
-            factor, below = row[r], matrix[r]
-            for j in range(r, n):
-                below[j] -= factor * row[j]
-    return True
+def across(link: Floats, rows: Ints, columns: Ints, x: Floats, out: Floats) -> None:
+    """Add `V x` to `out` for the rows and columns of `V` that are free."""
+    for i in range(len(rows)):
+        for j in range(len(columns)):
+            out[i] += link[rows[i], columns[j]] * x[j]
 
 
 @njit(cache=True, nogil=True)
-def forward(upper_factor: Floats, rows: Floats) -> None:
-    """Solve `Uᵀ Y = rows` in place."""
-    for i in range(len(rows)):
-        for p in range(i):
-            factor = upper_factor[p, i]
-            for j in range(rows.shape[1]):
-                rows[i, j] -= factor * rows[p, j]
-        for j in range(rows.shape[1]):
-            rows[i, j] /= upper_factor[i, i]
+def reduce(own: Floats, columns: Ints, link: Floats, plain: bool, inverse: Floats, rows: Ints) -> None:
+    """Subtract `Vᵀ S⁻¹ V` from a frame's block, given the inverse `S⁻¹` of the frame before's.
+
+    Args:
+        own: `(n, n)` the block, restricted to its free coordinates `columns`.
+        link: `(K, K)` `V`.
+        plain: whether `V` is diagonal.
+        inverse: `(m, m)` over the free coordinates `rows` of the frame before.
+    """
+    m, n = len(rows), len(columns)
+    if plain:
+        i = 0
+        place = np.full(n, -1, np.int64)  # of each free coordinate among those of the frame before
+        for j in range(n):
+            while i < m and rows[i] < columns[j]:
+                i += 1
+            if i < m and rows[i] == columns[j]:
+                place[j] = i
+        for j in range(n):
+            if place[j] >= 0:
+                left, known = link[columns[j], columns[j]], inverse[place[j]]
+                for p in range(n):
+                    if place[p] >= 0:
+                        own[j, p] -= left * known[place[p]] * link[columns[p], columns[p]]
+        return
+    tie = np.empty((m, n))
+    for a in range(m):
+        for b in range(n):
+            tie[a, b] = link[rows[a], columns[b]]
+    own -= np.dot(np.ascontiguousarray(tie.T), np.dot(inverse, tie))
 
 
 @njit(cache=True, nogil=True)
@@ -167,69 +178,53 @@ def newton_direction(
     free: Ints,
     count: Ints,
     d: Floats,
-) -> bool:
-    """Write the step to the minimum over all free coordinates; False if that has no definite system.
+) -> None:
+    """Write the step to the minimum over all free coordinates.
 
-    Block Cholesky in time: `U_fᵀU_f = A_f − Y_fᵀY_f` with `U_{f−1}ᵀ Y_f = −V_{f−1}`, all of them
-    restricted to the free coordinates.
+    Elimination in time: `S_f = A_f − V_{f−1}ᵀ S_{f−1}⁻¹ V_{f−1}`, all of them restricted to the
+    free coordinates, forward; then back from the last frame.
     """
     frames = len(x)
-    at = np.zeros(frames + 1, np.int64)  # where each frame's factor begins
-    tie = np.zeros(frames + 1, np.int64)  # where each frame's tie to the one before begins
+    at = np.zeros(frames + 1, np.int64)  # where each frame's inverse begins
     for f in range(frames):
         at[f + 1] = at[f] + count[f] * count[f]
-        tie[f + 1] = tie[f] + (count[f - 1] * count[f] if f > 0 else 0)
-    factors, ties = np.empty(at[frames]), np.empty(tie[frames])
+    inverses, plain = np.empty(at[frames]), np.empty(len(links), np.bool_)
+    for number in range(len(links)):
+        plain[number] = np.count_nonzero(links[number]) == np.count_nonzero(np.diag(links[number]))
     z = np.zeros_like(x)
     for f in range(frames):
         n = count[f]
-        own = factors[at[f] : at[f + 1]].reshape(n, n)
+        if n == 0:
+            continue
+        mine = free[f, :n]
+        own = np.empty((n, n))
         block = blocks[which[f]]
         for i in range(n):
-            a = free[f, i]
+            a = mine[i]
             for j in range(n):
-                own[i, j] = block[a, free[f, j]]
+                own[i, j] = block[a, mine[j]]
             own[i, i] *= 1 + RIDGE
             z[f, i] = -g[f, a] - l1[a] * np.sign(x[f, a])
         m = count[f - 1] if f > 0 else 0
         if m > 0:
-            before = factors[at[f - 1] : at[f]].reshape(m, m)
-            y = ties[tie[f] : tie[f + 1]].reshape(m, n)
+            others = free[f - 1, :m]
+            before = inverses[at[f - 1] : at[f]].reshape(m, m)
             link = links[joined[f - 1]]
-            for i in range(m):
-                for j in range(n):
-                    y[i, j] = -link[free[f - 1, i], free[f, j]]
-            forward(before, y)
-            for i in range(m):
-                row = y[i]
-                for a in range(n):
-                    factor, target = row[a], own[a]
-                    z[f, a] -= factor * z[f - 1, i]
-                    for b in range(a, n):
-                        target[b] -= factor * row[b]
-        if not factorise(own):
-            return False
-        for i in range(n):
-            for p in range(i):
-                z[f, i] -= own[p, i] * z[f, p]
-            z[f, i] /= own[i, i]
+            reduce(own, mine, link, plain[joined[f - 1]], before, others)
+            across(link, mine, others, np.dot(before, z[f - 1, :m]), z[f])
+        inverses[at[f] : at[f + 1]] = np.linalg.inv(own).ravel()
+    d[:] = 0.0
+    step = np.zeros(x.shape[1])
     for f in range(frames - 1, -1, -1):
         n = count[f]
-        own = factors[at[f] : at[f + 1]].reshape(n, n)
-        if f + 1 < frames and count[f + 1] > 0 and n > 0:
-            y = ties[tie[f + 1] : tie[f + 2]].reshape(n, count[f + 1])
-            for i in range(n):
-                for j in range(count[f + 1]):
-                    z[f, i] -= y[i, j] * z[f + 1, j]
-        for i in range(n - 1, -1, -1):
-            for p in range(i + 1, n):
-                z[f, i] -= own[i, p] * z[f, p]
-            z[f, i] /= own[i, i]
-    d[:] = 0.0
-    for f in range(frames):
-        for i in range(count[f]):
-            d[f, free[f, i]] = z[f, i]
-    return True
+        if n == 0:
+            continue
+        later = count[f + 1] if f + 1 < frames else 0
+        if later > 0:
+            across(links[joined[f]], free[f, :n], free[f + 1, :later], step[:later].copy(), z[f])
+        step[:n] = np.dot(inverses[at[f] : at[f + 1]].reshape(n, n), z[f, :n])
+        for i in range(n):
+            d[f, free[f, i]] = step[i]
 
 
 @njit(cache=True, nogil=True)

@@ -126,3 +126,7 @@ class LearntLatent:
         assert found.z is not None
         variance = self.target.regressor.variance(found.z[None])[0] * self.target_scaling.scale**2
         return self.target_scaling.undo(found.x), variance
+
+    def typical(self) -> Floats:
+        """Return the pose `(dy,)` of which nothing is given: the mean."""
+        return self.target_scaling.mean

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -64,6 +64,10 @@ class Posterior:
     rows_y: Ints
     precision: csr_array
     shape: Unknowns
+
+    def floored(self, floor: float) -> Posterior:
+        """Return the same with another floor under the noise variances."""
+        return replace(self, source=replace(self.source, floor=floor), target=replace(self.target, floor=floor))
 
     def __call__(self, flat: Floats) -> tuple[float, Floats]:
         """Return the value and its gradient; infinity where a kernel matrix cannot be factored."""

@@ -11,12 +11,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mien.core import Blendshapes, Clip, InputError, Note, Rig
+from mien.core import Anatomy, Blendshapes, Clip, InputError, Note, Rig
 from mien.core.arrays import Flags, Floats
 from mien.core.units import human_centimetre
 from mien.retargeting.layers.model import LayeredFace
 from mien.solve import LassoProblem, solve_lasso
 from mien.solve.layered import layer_weights
+from mien.vocabularies.expressions import LAYER_REGION
 
 SUM_OFF = 1e-4
 """Shares that miss the sum 1 by more than this were edited, not only rounded, and are counted."""
@@ -95,7 +96,8 @@ def split_rig(rig: Rig, face: LayeredFace) -> Rig:
     """Return the rig with its shapes replaced by its extremes, split by region: `emotion.joy@mouth`.
 
     On it the composition is exact: each split shape's weight is `w_jl α_jk`, see `split_clip`.
-    Extremes that do not move a region have no shape for it.
+    Extremes that do not move a region have no shape for it.  The regions stay with the rig as a
+    label of its anatomy.
     """
     names, deltas = [], []
     for name, offsets in zip(face.extremes, face.basis, strict=True):
@@ -104,7 +106,10 @@ def split_rig(rig: Rig, face: LayeredFace) -> Rig:
             if delta.any():
                 names.append(f"{name}@{label}")
                 deltas.append(delta)
-    return replace(rig, blendshapes=Blendshapes(tuple(names), np.array(deltas).reshape(len(names), -1, 3)), source=None)
+    shapes = Blendshapes(tuple(names), np.array(deltas).reshape(len(names), -1, 3))
+    anatomy = rig.anatomy or Anatomy()
+    said = replace(anatomy, labels={**anatomy.labels, LAYER_REGION: face.regions})
+    return replace(rig, blendshapes=shapes, anatomy=said, correctives=None)
 
 
 def split_clip(face: LayeredFace, clip: Clip) -> Clip:
@@ -141,18 +146,16 @@ class Projection:
     match: Floats
     energy: Floats
 
-    def weights(self, mixed: Floats, before: Floats | None = None) -> tuple[Floats, Floats]:
-        """Return blendshape weights `(F, K)` and the loss `(F,)` [mm of a human face] for `y_lk` `(F, m, N)`."""
+    def weights(self, mixed: Floats, before: Floats | None = None) -> Floats:
+        """Return blendshape weights `(F, K)` for `y_lk` `(F, m, N)`."""
+        return solve_lasso(self.problem, mixed.reshape(len(mixed), -1) @ self.match.T, before, tol=1e-9).weights
+
+    def loss(self, mixed: Floats, weights: Floats) -> Floats:
+        """Return `(F,)` how far the face that weights make is from the layers' [mm of a human face]."""
         flat = mixed.reshape(len(mixed), -1)
-        q = flat @ self.match.T
-        found = solve_lasso(self.problem, q, before, tol=1e-9).weights
-        power = np.einsum("fi,ij,fj->f", flat, self.energy, flat, optimize=True)
-        left = (
-            power
-            - 2 * (found * q).sum(axis=1)
-            + np.einsum("fk,kl,fl->f", found, self.problem.gram, found, optimize=True)
-        )
-        return found, 10 * np.sqrt(np.maximum(left, 0.0))
+        own = ((weights @ self.problem.gram - 2 * (flat @ self.match.T)) * weights).sum(axis=1)
+        left = ((flat @ self.energy) * flat).sum(axis=1) + own
+        return np.asarray(10 * np.sqrt(np.maximum(left, 0.0)))
 
 
 def projection(rig: Rig, face: LayeredFace, bounds: tuple[float, float] | None = (0.0, 1.0)) -> Projection:

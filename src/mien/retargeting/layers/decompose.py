@@ -5,27 +5,32 @@ The fit term is the mean over the points of the squared distance in human centim
 that is not seen in a frame says nothing in it: its part is taken out of the Gram matrices and
 the rest keeps its weight.
 
-The bias (§4) is `γ = closure · exp(−d²/2σ²)`, with `d` in inter-ocular distances: how much
-farther apart the centres of the lips are than in the extreme with closed lips (points on the
-skin around the mouth never touch).  As published `closure` is 1, and a face with closed lips is
-not fitted at all; σ = 0.02 is as published.  The published λ = 0.2 is for a sum over 323 points in
-an unknown unit; here it is 0.0001 per mean squared centimetre at 30 frames a second, and
-`(fps / 30)²` times that at other rates: on real takes it costs 1–3 % of the reconstruction and
-takes a fifth of the jitter.
+The bias (§4) is `γ = closure · exp(−d²/2σ²) · (1 − exp(−o²/2σ²))`, with `d` in inter-ocular
+distances: how much farther apart the centres of the lips are than in the extreme with closed lips
+(points on the skin around the mouth never touch).  `o` is how far they were apart lately: the
+largest `d` before, fading within `closing` seconds.  Lips that close are a /p b m/; lips that stay closed
+are a mouth at rest, which the last factor leaves to the data.  As published that factor is missing
+and `closure` is 1: a face with closed lips is not fitted at all.  σ = 0.02 is as published.
+
+The published λ = 0.2 is for a sum over 323 points in an unknown unit; here it is 0.0001 per mean
+squared centimetre at 30 frames a second, and `(fps / 30)²` times that at other rates: on real takes
+it costs 1–3 % of the reconstruction and takes a fifth of the jitter.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
 from mien.core.arrays import Flags, Floats, Ints
 from mien.retargeting.layers.model import LayeredFace
 from mien.solve.layered import Bias, LayeredProblem, LayeredSolution, solve_layered
-from mien.solve.layered_kernels import project_frames
+from mien.solve.layered_projection import project_frames
 
 RATE = 30.0
 """The frame rate for which the smoothness is stated."""
@@ -44,6 +49,8 @@ class Lips:
         closed: their distance when closed [cm of a human face].
         sigma: σ, in inter-ocular distances.
         closure: γ when closed, 0 to 1.
+        closing: seconds within which an opening is forgotten; 0 if lips count as closed however long
+            they have been.
         bias: the mouth, the speech layer, and the coefficients of closed lips.
     """
 
@@ -52,13 +59,48 @@ class Lips:
     closed: float
     sigma: float
     closure: float
+    closing: float
     bias: Bias
 
-    def gamma(self, points: Floats) -> Floats:
-        """Return γ `(F,)` for points `(F, P, 3)` [cm]; 0 where a lip is not seen."""
-        gap = np.linalg.norm(points[:, self.upper] - points[:, self.lower], axis=1)
-        d = np.maximum(gap - self.closed, 0.0) / INTEROCULAR_CM
-        return np.asarray(np.nan_to_num(self.closure * np.exp(-(d**2) / (2 * self.sigma**2))))
+    def gamma(self, points: Floats, fps: float, opened: float = 0.0) -> tuple[Floats, float]:
+        """Return γ of frames, and what the next frame needs to know.
+
+        Args:
+            points: `(F, P, 3)` [cm]; γ is 0 where a lip is not seen.
+            fps: frames per second.
+            opened: how far the lips were apart lately, of the frame before [inter-ocular distances].
+
+        Returns:
+            `(F,)`, and `opened` of the last frame.
+        """
+        between = points[:, self.upper] - points[:, self.lower]
+        fading = math.exp(-1 / (self.closing * fps)) if self.closing else 0.0
+        gamma = np.zeros(len(between))
+        for f, gap in enumerate(np.sqrt((between**2).sum(axis=1)).tolist()):
+            lately = fading * opened
+            d = 0.0 if math.isnan(gap) else max(gap - self.closed, 0.0) / INTEROCULAR_CM
+            opened = max(d, lately)
+            if not math.isnan(gap):
+                gamma[f] = self.closure * self._near(d) * (1 - self._near(lately) if self.closing else 1.0)
+        return gamma, opened
+
+    def _near(self, d: float) -> float:
+        return math.exp(-(d**2) / (2 * self.sigma**2))
+
+
+class Memory(NamedTuple):
+    """What a frame needs of the ones before.
+
+    Attributes:
+        unknowns: weights and coefficients of the last frame, `LayeredSolution.last`; None at the beginning.
+        opened: how far the lips were apart lately, see `Lips.gamma`.
+    """
+
+    unknowns: Floats | None = None
+    opened: float = 0.0
+
+
+BEGINNING = Memory()
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,20 +119,27 @@ class Decomposer:
     smooth: float
     lips: Lips | None = None
 
-    def decompose(self, moved: Floats, fps: float = RATE, before: Floats | None = None) -> LayeredSolution:
+    def decompose(self, moved: Floats, fps: float = RATE) -> LayeredSolution:
+        """Take a whole take apart, see `follow`."""
+        return self.follow(moved, fps)[0]
+
+    def follow(self, moved: Floats, fps: float = RATE, memory: Memory = BEGINNING) -> tuple[LayeredSolution, Memory]:
         """Take frames apart, in order.
 
         Args:
             moved: `(F, P, 3)` displacements from rest with the head held still [cm]; NaN where not seen.
             fps: frames per second, for the smoothness.
-            before: the unknowns of the frame before, `LayeredSolution.last`; None at the beginning.
+            memory: of the frames before.
 
         Returns:
             Weights and coefficients; the same, to the bit, for a take and its frames one by one. A
-            frame that sees nothing holds the one before, or is at rest if there is none.
+            frame that sees nothing holds the one before, or is at rest if there is none.  And the
+            memory of the frames that follow.
         """
         seen = ~np.isnan(moved[..., 0])
-        gamma = np.zeros(len(moved)) if self.lips is None else self.lips.gamma(moved + self.face.rest)
+        gamma, (before, opened) = np.zeros(len(moved)), memory
+        if self.lips is not None:
+            gamma, opened = self.lips.gamma(moved + self.face.rest, fps, opened)
         smooth = self.smooth * (fps / RATE) ** 2
         parts = []
         cuts = [0, *(np.flatnonzero((seen[1:] != seen[:-1]).any(axis=1)) + 1).tolist(), len(moved)]
@@ -102,7 +151,7 @@ class Decomposer:
             part = solve_layered(self.problem(known[0], smooth), data, energy, gamma[begin:end], before)
             before = part.last
             parts.append(part)
-        return _joined(parts)
+        return _joined(parts), Memory(before, opened)
 
     def project(self, moved: Floats) -> tuple[Floats, Floats]:
         """Return `c_l = Bᵀ M_l x̂` `(F, m, N)` and `‖x̂‖²` `(F,)`, means over the points; NaN points say nothing."""

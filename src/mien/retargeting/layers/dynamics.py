@@ -13,9 +13,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from mien.core import Clip, InputError
+from mien.core import Clip, InputError, Note
 from mien.core.arrays import Floats
 from mien.retargeting.layers.model import LayeredFace
+from mien.solve.simplex import project_simplex
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,7 +24,8 @@ class Dynamics:
     """How a character performs.
 
     Attributes:
-        gain: per layer, how much of what is not rest is shown; 1 leaves it, 0 is always at rest.
+        gain: per layer, how much of what is not rest is shown; 1 leaves it, 0 is always at rest. In a layer
+            without an extreme at rest the mean of the take stands for it.
         lag: seconds by which expressions trail (a first-order follower).
         speed: how much faster than the actor; 2 takes half the time.
         head_gain: how much of the head's turning and moving is shown.
@@ -58,21 +60,31 @@ class Dynamics:
             clip: curves of its layers, see `layer_clip`.
 
         Raises:
-            InputError: a gain is for a layer without rest, or for none.
+            InputError: a gain is for no layer.
         """
         values = np.array(clip.values)
         for name, gain in self.gain.items():
-            layer = face.layers[face.layer(name)]
-            still = np.flatnonzero(~layer.offsets.any(axis=(1, 2)))
-            if not len(still):
-                raise InputError(f"the layer {name!r} has no extreme at rest, so it cannot be shown more or less.")
+            layer, rest = face.layers[face.layer(name)], _rest(face, name)
             columns = [clip.names.index(f"{name}.{extreme}") for extreme in layer.extremes]
-            values[:, columns] = _gained(values[:, columns], int(still[0]), gain)
+            if rest is None:
+                values[:, columns] = _spread(values[:, columns], gain)
+            else:
+                values[:, columns] = _gained(values[:, columns], rest, gain)
         values = _followed(values, self.lag * clip.fps)
         head = None if clip.head is None else self._head(clip.head)
         if self.speed != 1:
             values, head = _warped(values, head, self.speed)
         return replace(clip, values=values, head=head, eyes=None, joints=None)
+
+    def notes(self, face: LayeredFace) -> tuple[Note, ...]:
+        """Say which gains act against the mean of a layer, for want of an extreme at rest.
+
+        Raises:
+            InputError: a gain is for no layer.
+        """
+        bare = [name for name in self.gain if _rest(face, name) is None]
+        text = "has no extreme at rest, so the gain acts against the mean of its extremes over the take."
+        return tuple(Note("gain-about-mean", f"the layer {name!r} {text}", name) for name in bare)
 
     def _head(self, head: Floats) -> Floats:
         """Turn about mapped axes and by a share of the angle."""
@@ -81,6 +93,24 @@ class Dynamics:
         moved[:, :3, :3] = Rotation.from_rotvec(self.head_gain * vectors).as_matrix()
         moved[:, :3, 3] = self.head_gain * head[:, :3, 3] @ self.head_map.T
         return moved
+
+
+def _rest(face: LayeredFace, name: str) -> int | None:
+    """Return which extreme of a layer is the face at rest."""
+    still = np.flatnonzero(~face.layers[face.layer(name)].offsets.any(axis=(1, 2)))
+    return int(still[0]) if len(still) else None
+
+
+def _spread(shares: Floats, gain: float) -> Floats:
+    """Scale what differs from the mean over the take; where a share would fall below 0, the closest shares are taken."""
+    seen = ~np.isnan(shares).any(axis=1)
+    out = np.array(shares)
+    if seen.any():
+        total = np.maximum(shares[seen].sum(axis=1, keepdims=True), 1e-300)
+        own = shares[seen] / total
+        mean = own.mean(axis=0)
+        out[seen] = project_simplex(mean + gain * (own - mean))
+    return out
 
 
 def _gained(shares: Floats, rest: int, gain: float) -> Floats:

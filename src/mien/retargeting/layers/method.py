@@ -48,28 +48,36 @@ class Layers:
         smooth: λ, resistance of weights and coefficients to change, at 30 frames a second and alike at any rate.
         sigma: σ, how near to closed the lips count as closed, in inter-ocular distances.
         closure: the most that closed lips draw the mouth to /m/, 0 to 1; 1 is as published.
+        closing: seconds within which lips must have been open for closed ones to count, since lips that
+            stay closed are at rest; 0 counts all closed lips, as published.
         lips: the markers at the centres of the upper and the lower lip; known ones are found if empty.
         masks: vertex groups of the character that are its regions, in the order of the actor's
             (face, mouth, eyes); told from what moves them if empty.
         planar: markers that are 2-D points of an image.
         bounds: lowest and highest blendshape weight, or None for no bounds.
+        split: whether an animated file of the character gets shapes split by region where its own cannot
+            make the layers' face; weights are always those of its own.
     """
 
     name: ClassVar[str] = "layers"
     about: ClassVar[str] = "emotion, speech and blink onto a face of any structure (Kholgade et al. 2011)"
     needs: ClassVar[str] = "markers or an animated face, and frames picked as extremes; or pairs or landmarks"
-    presets: ClassVar[Mapping[str, Mapping[str, Any]]] = {"paper": {"sigma": 0.02, "closure": 1.0}}
+    presets: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+        "paper": {"sigma": 0.02, "closure": 1.0, "closing": 0.0, "split": False}
+    }
 
     smooth: float = 0.0001
     sigma: float = 0.02
-    closure: float = 0.002
+    closure: float = 0.0001
+    closing: float = 0.05
     lips: Sequence[str] = ()
     masks: Sequence[str] = ()
     planar: Sequence[str] = ()
     bounds: tuple[float, float] | None = (0.0, 1.0)
+    split: bool = True
 
     def __post_init__(self) -> None:
-        in_range(self, smooth=(0, np.inf), sigma=(1e-6, np.inf), closure=(0, 1))
+        in_range(self, smooth=(0, np.inf), sigma=(1e-6, np.inf), closure=(0, 1), closing=(0, np.inf))
         if len(self.lips) not in (0, 2):
             raise InputError(f"lips must be two markers, the upper and the lower lip, but are {', '.join(self.lips)}.")
 
@@ -157,7 +165,7 @@ class Layers:
         posed = face.rest + layer.offsets[extremes.index(shut)]
         closed = float(np.linalg.norm(posed[upper] - posed[lower]))
         bias = Bias(int(face.regions.of[upper]), speech, target)
-        return Lips(upper, lower, closed, self.sigma, self.closure, bias), ()
+        return Lips(upper, lower, closed, self.sigma, self.closure, self.closing, bias), ()
 
 
 def _actor_of(prepared: Prepared) -> Actor:

@@ -6,14 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from mien.core import Clip, InputError, Note
+from mien.core import Clip, InputError, Labels, Note
 from mien.retargeting.layers.model import RESTING, Layer, LayeredFace
 
 
 def played_by(face: LayeredFace, clip: Clip) -> tuple[LayeredFace, tuple[Note, ...]]:
     """Return the face with the extremes that curves have channels for, and what was left out.
 
-    An extreme that is the face at rest (`RESTING`) is known to every face.
+    An extreme that is the face at rest (`RESTING`) is known to every face.  Regions that the curves
+    call by other names correspond in their order.
 
     Raises:
         InputError: the curves have no layer of the face with two extremes.
@@ -39,4 +40,13 @@ def played_by(face: LayeredFace, clip: Clip) -> tuple[LayeredFace, tuple[Note, .
             f"the curves ({', '.join(clip.names[:6]) or 'none'} …) play no layer of {face.name}, whose extremes are "
             f"{', '.join(face.extremes[:6])} …; curves are channels named layer.extreme and weight.region.layer."
         )
-    return replace(face, layers=tuple(layers)), tuple(notes)
+    return replace(face, layers=tuple(layers), regions=_called(face.regions, clip)), tuple(notes)
+
+
+def _called(regions: Labels, clip: Clip) -> Labels:
+    """Return regions by the names that curves have for them, where there are as many."""
+    parts = [name.split(".") for name in clip.names if name.startswith("weight.")]
+    names = tuple(dict.fromkeys(".".join(part[1:-1]) for part in parts if len(part) > 2))
+    if len(names) != len(regions.names) or set(names) == set(regions.names):
+        return regions
+    return replace(regions, names=names)

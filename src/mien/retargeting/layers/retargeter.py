@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,21 +13,24 @@ from mien.core.arrays import Floats
 from mien.geometry.align import Similarity
 from mien.retargeting.layers.actor import Actor
 from mien.retargeting.layers.compose import Projection, layer_clip
-from mien.retargeting.layers.decompose import Decomposer, outside, residual_mm
+from mien.retargeting.layers.decompose import BEGINNING, Decomposer, Memory, outside, residual_mm
 from mien.retargeting.layers.model import LayeredFace
 from mien.solve.layered import LayeredSolution, layer_weights
+
+NOTHING_MM = 0.01
+"""A projection that moves no more than this on average loses nothing."""
 
 
 class State(NamedTuple):
     """What a frame needs of the one before.
 
     Attributes:
-        unknowns: weights and coefficients; None before the first frame.
+        memory: of the layers.
         weights: `(K,)` the last blendshape weights; None before the first frame.
         motion: `(4, 4)` the last head motion, in the actor's space.
     """
 
-    unknowns: Floats | None
+    memory: Memory
     weights: Floats | None
     motion: Floats
 
@@ -73,7 +76,8 @@ class LayeredRetargeter:
         """
         found, moved, head, markers = self._take(performance)
         mixed = layer_weights(self.character.starts, found.weights, found.coefficients)
-        weights, loss = self.projection.weights(mixed)
+        weights = self.projection.weights(mixed)
+        loss = self.projection.loss(mixed, weights)
         return Clip(self.names, weights, markers.fps, head), self._report(found, moved, loss, markers)
 
     def layers(self, performance: Markers) -> Clip:
@@ -81,17 +85,22 @@ class LayeredRetargeter:
         found, _, head, markers = self._take(performance)
         return layer_clip(self.character, found.weights, found.coefficients, markers.fps, head)
 
+    def splits(self, report: Report) -> bool:
+        """Return whether an animated file of the character needs shapes split by region to show this result."""
+        loss = report.figures["projection_loss_mm"]["max"]
+        return bool(self.settings.get("split", True)) and loss > NOTHING_MM
+
     def start(self) -> State:
         """Begin with no frame before."""
-        return State(None, None, np.eye(4))
+        return State(BEGINNING, None, np.eye(4))
 
     def step(self, state: State, frame: Floats) -> tuple[State, Floats]:
         """Map one frame of markers `(M, 3)`, NaN where missing, to `(K,)` weights."""
         moved, motion = self.actor.displacements(np.asarray(frame, np.float64)[None], state.motion)
-        found = self.decomposer.decompose(moved, self.fps, state.unknowns)
+        found, memory = self.decomposer.follow(moved, self.fps, state.memory)
         mixed = layer_weights(self.character.starts, found.weights, found.coefficients)
-        weights = self.projection.weights(mixed, state.weights)[0][0]
-        return State(found.last, weights, state.motion if motion is None else motion[0]), weights
+        weights = self.projection.weights(mixed, state.weights)[0]
+        return State(memory, weights, state.motion if motion is None else motion[0]), weights
 
     def _take(self, performance: Markers) -> tuple[LayeredSolution, Floats, Floats | None, Markers]:
         markers = performance.only(self.markers)
@@ -132,5 +141,12 @@ class LayeredRetargeter:
             },
         }
         gain = float((fitted * actual).sum() / power) if power > 0 else float("nan")
-        settings = dict(self.settings)
-        return Report("layers", residual_mm(face, found, moved), gain, {}, settings, figures, tuple(notes))
+        report = Report("layers", residual_mm(face, found, moved), gain, {}, dict(self.settings), figures)
+        if self.splits(report):
+            text = (
+                f"the character's own shapes make the layers' face only to within {loss.mean():.2f} mm on average "
+                f"({loss.max():.2f} in the worst frame): so do weights (.csv, .npz); an animated file (.glb, .gltf) gets "
+                "shapes split by region beside its own, and is exact. --set split=false keeps to its own."
+            )
+            notes.append(Note("shapes-split", text, self.character.name))
+        return replace(report, notes=tuple(notes))

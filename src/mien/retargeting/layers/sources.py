@@ -12,7 +12,7 @@ from mien.core.arrays import Floats
 from mien.core.errors import unknown
 from mien.retargeting.layers.model import Layer, LayeredFace, natural_regions, regions_of_groups, told_apart
 from mien.vocabularies import arkit_name, shape_key
-from mien.vocabularies.expressions import BLINKS, LAYER_EMOTIONS, NEUTRAL, VISEMES
+from mien.vocabularies.expressions import BLINKS, LAYER_EMOTIONS, LAYER_REGION, NEUTRAL, VISEMES
 
 Recipe = Mapping[str, float]
 """Weights of blendshapes; none for the face at rest."""
@@ -105,7 +105,8 @@ def rig_face(rig: Rig, table: Table | None = None, masks: Sequence[str] = ()) ->
     Args:
         rig: the character, or the actor's own rig.
         table: which blendshapes make which extreme; told from their names if None.
-        masks: vertex groups that are the regions, in their order; told from what moves them if none.
+        masks: vertex groups that are the regions, in their order; if none, those that the rig says itself
+            (label `LAYER_REGION` of its anatomy), or else told from what moves them.
 
     Raises:
         InputError: as `layers_of_rig`, a mask is unknown, or masks leave vertices uncovered or overlap.
@@ -115,7 +116,10 @@ def rig_face(rig: Rig, table: Table | None = None, masks: Sequence[str] = ()) ->
 
 
 def _masked(rig: Rig, layers: Sequence[Layer], masks: Sequence[str]) -> Labels:
-    groups = rig.neutral.groups
+    told = None if rig.anatomy is None else rig.anatomy.labels.get(LAYER_REGION)
+    groups = dict(rig.neutral.groups)
+    if told is not None:
+        groups |= {name: np.flatnonzero(told.of == k) for k, name in enumerate(told.names)}
     for name in masks:
         if name not in groups:
             raise InputError(unknown(f"vertex group of {rig.name}", name, groups))
@@ -123,6 +127,8 @@ def _masked(rig: Rig, layers: Sequence[Layer], masks: Sequence[str]) -> Labels:
         return regions_of_groups(
             {name: groups[name] for name in masks}, len(rig.neutral.vertices), f"vertices of {rig.name}"
         )
+    if told is not None:
+        return told
     split = [name.rpartition(SPLIT) for name in rig.blendshapes.names if SPLIT in name]
     if not split:
         return natural_regions(layers)

@@ -9,9 +9,9 @@ import numpy as np
 from mien.core.arrays import Floats
 from mien.retargeting.regression.learnt import LearntRegression, learn_regression
 from mien.retargeting.regression.predictor import Predictor
-from mien.retargeting.regression.ridge import leave_one_out
 from mien.retargeting.samples import Samples
 from mien.solve.gaussian_kernel import squared_distances
+from mien.solve.ridge import leave_one_out
 
 WIDTHS = (0.5, 1.0, 2.0, 4.0, 8.0)
 """Of the basis functions, in units of the median distance of labels."""
@@ -19,7 +19,7 @@ WIDTHS = (0.5, 1.0, 2.0, 4.0, 8.0)
 
 @dataclass(frozen=True)
 class CrossMappingModel:
-    """Gaussian basis functions at the labelled frames, fitted by ridge regression.
+    """Gaussian basis functions at the labelled frames, their coefficients fitted by ridge regression.
 
     Frames are compared in the principal components that hold a share of the capture's
     variance, unlabelled frames included. Width and penalty are those with the smallest
@@ -44,8 +44,8 @@ def fit_basis(x: Floats, y: Floats) -> Predictor:
     fits = []
     for width in WIDTHS:
         steepness = 1 / (width**2 * max(typical, 1e-9))
-        gram = np.exp(-0.5 * steepness * distances)
-        dual, error = leave_one_out(gram, y - centre)
-        fits.append((float(error.sum()), steepness, dual, error))
-    _, steepness, dual, error = min(fits, key=lambda fit: fit[0])
-    return Predictor(x, steepness, dual, centre, error, np.zeros((0, 0)))
+        features = np.exp(-0.5 * steepness * distances)
+        dual, error = leave_one_out(features @ features.T, y - centre)
+        fits.append((float(error.sum()), steepness, features.T @ dual, error))
+    _, steepness, coefficients, error = min(fits, key=lambda fit: fit[0])
+    return Predictor(x, steepness, coefficients, centre, error, np.zeros((0, 0)))

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import ClassVar
 
 from mien.core.arrays import Floats
 from mien.retargeting.shape_retargeter import ShapeRetargeter, State
-from mien.retargeting.spacetime.movement import MovementSolver
+from mien.retargeting.movement import MovementSolver
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,8 +20,6 @@ class SpacetimeRetargeter(ShapeRetargeter):
     Attributes:
         velocity: λ, how much movements count beside positions.
     """
-
-    unseen_are: ClassVar[str] = "are interpolated between the frames around them"
 
     velocity: float = 1.0
 
@@ -40,6 +37,11 @@ class SpacetimeRetargeter(ShapeRetargeter):
         moved, motion = self.still(frame, state.motion)
         weights, left = self._movement.step(moved, state.weights, state.left, self.fps)
         return State(weights, motion, left), weights
+
+    @property
+    def ahead(self) -> bool:
+        """A whole clip is solved at once."""
+        return True
 
     @cached_property
     def _movement(self) -> MovementSolver:

@@ -1,4 +1,4 @@
-"""Two ways to read the same labels: a Gaussian process alone, and one that is also told weak labels.
+"""Ways to read the same labels: a linear map, a Gaussian process, and one that is also told weak labels.
 
 A weak label is what the unlabelled target rows say about an unlabelled source row.  If both
 sides were recorded of the same kind of performance, their two clouds are the same cloud seen
@@ -10,15 +10,17 @@ the process predicts better, and the plan is made again.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from scipy.spatial.distance import cdist
 
-from mien.core.arrays import Floats
+from mien.core.arrays import Flags, Floats
 from mien.retargeting.transport.hull import LocalHull
 from mien.retargeting.transport.plan import transport_plan
 from mien.retargeting.transport.principal import PrincipalSpace
 from mien.retargeting.transport.process import LinearRadialKernel, Process, kernel_for, most_evident
+from mien.solve.ridge import linear_map
 
 
 @dataclass(frozen=True)
@@ -45,7 +47,72 @@ class Matching:
 
 
 @dataclass(frozen=True, eq=False)
-class Expert:
+class Seen:
+    """Source rows as experts look at them.
+
+    Attributes:
+        rows: `(m, d)` as they were seen, gaps filled.
+        coordinates: `(m, r)` principal coordinates, noise taken off.
+    """
+
+    rows: Floats
+    coordinates: Floats
+
+    @classmethod
+    def of(cls, space: PrincipalSpace, rows: Floats) -> Seen:
+        """Return rows `(m, d)`, NaN where not seen, in both ways."""
+        coordinates = space.coordinates(rows)
+        unseen = np.isnan(rows)
+        whole = np.where(unseen, space.mean + coordinates @ space.axes, rows) if unseen.any() else rows
+        return cls(whole, coordinates)
+
+    def only(self, which: Flags) -> Seen:
+        """Return some of the rows."""
+        return Seen(self.rows[which], self.coordinates[which])
+
+
+class Expert(Protocol):
+    """What predicts targets, and doubts them."""
+
+    def expected(self, seen: Seen) -> Floats:
+        """Return the expected targets `(m, k)`."""
+        ...
+
+    def variance(self, seen: Seen) -> Floats:
+        """Return the predictive variance `(m, k)`."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class LinearExpert:
+    """A ridge regression on the rows as they were seen: where labels solve a linear rig exactly, nothing beats it.
+
+    Attributes:
+        slopes: `(d, k)`.
+        offset: `(k,)`.
+        error: `(k,)` mean squared error of labels left out.
+    """
+
+    slopes: Floats
+    offset: Floats
+    error: Floats
+
+    @classmethod
+    def told(cls, rows: Floats, targets: Floats) -> LinearExpert:
+        """Learn from labelled rows `(l, d)` and targets `(l, k)`, the penalty chosen by leaving labels out."""
+        return cls(*linear_map(rows, targets))
+
+    def expected(self, seen: Seen) -> Floats:
+        """Return the expected targets `(m, k)`."""
+        return np.asarray(seen.rows @ self.slopes + self.offset)
+
+    def variance(self, seen: Seen) -> Floats:
+        """Return the predictive variance `(m, k)`."""
+        return np.broadcast_to(self.error, (len(seen.rows), len(self.error)))
+
+
+@dataclass(frozen=True, eq=False)
+class ProcessExpert:
     """A process over stretched principal coordinates of the source.
 
     Attributes:
@@ -58,14 +125,18 @@ class Expert:
     process: Process
     hull: LocalHull | None = None
 
-    def expected(self, coordinates: Floats) -> Floats:
-        """Return the expected targets `(m, k)` at coordinates `(m, r)`."""
-        poses = self.process.expected(coordinates * self.stretch)
+    def expected(self, seen: Seen) -> Floats:
+        """Return the expected targets `(m, k)`."""
+        poses = self.process.expected(seen.coordinates * self.stretch)
         return poses if self.hull is None else self.hull(poses)
 
-    def variance(self, coordinates: Floats) -> Floats:
-        """Return the predictive variance `(m, k)` at coordinates `(m, r)`."""
-        return self.process.variance(coordinates * self.stretch)
+    def variance(self, seen: Seen) -> Floats:
+        """Return the predictive variance `(m, k)`."""
+        return self.process.variance(seen.coordinates * self.stretch)
+
+    def doubt(self, seen: Seen) -> Floats:
+        """Return the variance left of a target of unit amplitude, `(m,)`."""
+        return self.process.doubt(seen.coordinates * self.stretch)
 
 
 def stretch_of(space: PrincipalSpace, power: float) -> Floats:
@@ -73,15 +144,17 @@ def stretch_of(space: PrincipalSpace, power: float) -> Floats:
     return np.asarray((space.spread / space.spread[0]) ** -power / space.spread[0])
 
 
-def alone(stretch: Floats, coordinates: Floats, targets: Floats, kernel: LinearRadialKernel | None = None) -> Expert:
+def alone(
+    stretch: Floats, coordinates: Floats, targets: Floats, kernel: LinearRadialKernel | None = None
+) -> ProcessExpert:
     """Learn from the labelled rows only: the process of most evidence, or of a kernel already chosen."""
     inputs = coordinates * stretch
-    return Expert(stretch, Process.told(kernel or most_evident(inputs, targets), inputs, targets))
+    return ProcessExpert(stretch, Process.told(kernel or most_evident(inputs, targets), inputs, targets))
 
 
 def matched(
-    beginning: Expert, labelled: tuple[Floats, Floats], source_only: Floats, hull: LocalHull, how: Matching
-) -> Expert:
+    beginning: ProcessExpert, labelled: tuple[Floats, Floats], source_only: Floats, hull: LocalHull, how: Matching
+) -> ProcessExpert:
     """Learn from the labelled rows, and from the target-only rows matched with the source-only ones.
 
     Args:
@@ -109,8 +182,8 @@ def matched(
             stretch = stretch * relevance(every * stretch, told, noise) ** how.relevance
         inputs = every * stretch
         kernel = kernel_for(inputs, (1.0, how.radial, 1.0, own_noise))
-        found = Expert(stretch, Process.told(kernel, inputs, told, noise))
-    return Expert(found.stretch, found.process, hull if hull.neighbours else None)
+        found = ProcessExpert(stretch, Process.told(kernel, inputs, told, noise))
+    return ProcessExpert(found.stretch, found.process, hull if hull.neighbours else None)
 
 
 def relevance(inputs: Floats, targets: Floats, noise: Floats) -> Floats:

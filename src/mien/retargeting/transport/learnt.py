@@ -8,11 +8,10 @@ import numpy as np
 
 from mien.core import InputError, Note
 from mien.core.arrays import Floats, floats
-from mien.retargeting.transport.experts import Expert
+from mien.retargeting.transport.experts import Expert, ProcessExpert, Seen
+from mien.retargeting.transport.posing import completed
 from mien.retargeting.transport.principal import PrincipalSpace
-
-LOOSE = 0.3
-"""Variance, over the largest of a target, by which a few given entries may miss when they speak for all others."""
+from mien.retargeting.transport.shares import Shares
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,16 +20,22 @@ class LearntTransport:
 
     Attributes:
         source, target: principal components of both sides.
-        experts: what predicts.
-        shares: `(e,)` how far each is believed.
+        experts: what predicts; the process alone first, if frames are more or less sure.
+        shares: how far each is believed.
+        poses: `(n, dy)` all target rows, the labelled ones first.
         notes: of the learning.
     """
 
     source: PrincipalSpace
     target: PrincipalSpace
     experts: tuple[Expert, ...]
-    shares: Floats
+    shares: Shares
+    poses: Floats
     notes: tuple[Note, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not len(self.experts) == len(self.shares.doubtful) == len(self.shares.sure):
+            raise ValueError(f"{len(self.experts)} experts have {len(self.shares.doubtful)} shares")
 
     def start(self) -> None:
         """Begin: rows know nothing of each other, so there is no state."""
@@ -42,13 +47,14 @@ class LearntTransport:
 
     def map(self, X: Floats) -> Floats:
         """Map source rows `(f, dx)`, NaN where not seen, to target rows `(f, dy)`."""
-        rows = self.source.coordinates(self._rows(X))
-        return np.asarray(sum(share * one.expected(rows) for share, one in self._believed()))
+        seen = Seen.of(self.source, self._rows(X))
+        say = self._say(seen)
+        return np.asarray(sum(share[:, None] * one.expected(seen) for share, one in say))
 
     def variance(self, X: Floats) -> Floats:
         """Return the predictive variance `(f, dy)` of what `map` returns: within experts, and between them."""
-        rows = self.source.coordinates(self._rows(X))
-        predicted = [(share, one.expected(rows), one.variance(rows)) for share, one in self._believed()]
+        seen = Seen.of(self.source, self._rows(X))
+        predicted = [(share[:, None], one.expected(seen), one.variance(seen)) for share, one in self._say(seen)]
         mean = sum(share * pose for share, pose, _ in predicted)
         return np.asarray(sum(share * (variance + (pose - mean) ** 2) for share, pose, variance in predicted))
 
@@ -59,8 +65,8 @@ class LearntTransport:
     def complete(self, given: Floats) -> Floats:
         """Complete a pose of which a few entries are given (character posing).
 
-        Conditions the principal components of all target rows on the entries given, loosely: taken at their
-        word, two entries would move fifty others far from any pose seen.
+        The median of the poses seen that are alike in what is given, drawn to a linear completion where it is not
+        at rest; never past what was seen.
 
         Args:
             given: `(dy,)`, NaN where free.
@@ -71,13 +77,23 @@ class LearntTransport:
         Raises:
             InputError: no entry is given.
         """
-        row = floats(given, (len(self.target.mean),), "the given entries", nan=True)[None]
+        row = floats(given, (len(self.target.mean),), "the given entries", nan=True)
         if np.isnan(row).all():
             raise InputError("no entry of the pose is given; give at least one, the more telling the better.")
-        return np.asarray(self.target.loosened(LOOSE).completed(row)[0])
+        return completed(row, self.target, self.poses)
 
-    def _believed(self) -> list[tuple[float, Expert]]:
-        return [(float(s), one) for s, one in zip(self.shares, self.experts, strict=True) if s > 0]
+    def typical(self) -> Floats:
+        """Return the pose `(dy,)` of which nothing is given: the median of all poses seen."""
+        return np.median(self.poses, axis=0)
+
+    def _say(self, seen: Seen) -> list[tuple[Floats, Expert]]:
+        """Return the experts that have a say, and their shares `(f,)` at each row."""
+        doubt = np.zeros(len(seen.rows))
+        if self.shares.half:
+            assert isinstance(self.experts[0], ProcessExpert)
+            doubt = self.experts[0].doubt(seen)
+        found = self.shares.at(doubt).T
+        return [(share, one) for share, one in zip(found, self.experts, strict=True) if (share > 0).any()]
 
     def _rows(self, X: Floats) -> Floats:
         return floats(X, (None, len(self.source.mean)), "the source rows", nan=True)

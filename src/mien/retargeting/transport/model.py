@@ -3,7 +3,8 @@
 Not the published latent model, but an answer to the same question.  Three parts, each of which
 measured better than what it replaced: principal components of all source rows seen, denoised and
 partly whitened; weak labels by optimal transport between the unlabelled rows of both
-sides; shares of the predictions with and without weak labels by cross-validation over the labels.
+sides; shares of the predictions with and without weak labels, and of a linear map, by cross-validation
+over the labels.
 """
 
 from __future__ import annotations
@@ -17,18 +18,31 @@ from mien.core import Note
 from mien.core.arrays import Flags, Floats
 from mien.retargeting.samples import Samples
 from mien.retargeting.settings import in_range
-from mien.retargeting.transport.experts import Expert, Matching, alone, matched, stretch_of
+from mien.retargeting.transport.experts import (
+    Expert,
+    LinearExpert,
+    Matching,
+    ProcessExpert,
+    Seen,
+    alone,
+    matched,
+    stretch_of,
+)
 from mien.retargeting.transport.hull import LocalHull
 from mien.retargeting.transport.learnt import LearntTransport
 from mien.retargeting.transport.principal import PrincipalSpace
 from mien.retargeting.transport.process import LinearRadialKernel, most_evident
-from mien.retargeting.transport.shares import shares
+from mien.retargeting.transport.shares import Shares, shares
 
 FEWEST = 3
 """Labels below which nothing can be held out, and weak labels are not believed."""
 DOUBTFUL = 4.0
 """Weak labels of so many times the noise are tried as well."""
 
+ALONE = 2
+"""Experts that learn from labels alone: the process and the linear map."""
+UNTOLD = 3
+"""Experts without weak labels: those, and the process drawn to the poses that exist."""
 UNHEEDED = 0.9
 """Share of the process without weak labels above which that is worth saying."""
 
@@ -67,24 +81,28 @@ class TransportModel:
         count = int(np.isnan(given.Y_labelled).sum())
         if count:
             notes = (*notes, Note("targets-completed", f"{count} entries of labels were not given and were completed."))
-        coordinates, targets = source.coordinates(given.X_labelled), target.completed(given.Y_labelled)
+        seen, targets = Seen.of(source, given.X_labelled), target.completed(given.Y_labelled)
         unlabelled, goals = source.coordinates(given.X_only), target.completed(given.Y_only)
         if self.rounds and max(len(unlabelled), len(goals)) > self.most:
             text = f"of {len(unlabelled)} source rows and {len(goals)} target rows without label, {self.most} each are matched."
             notes = (*notes, Note("unlabelled-thinned", text))
         unlabelled = unlabelled[_spread(unlabelled[:, 0], self.most)]
         goals = goals[_spread(target.coordinates(goals)[:, 0], self.most)]
-        kernel = most_evident(coordinates * stretch_of(source, self.source_power), targets)
-        learn = _Learning(self, source, target, kernel, coordinates, targets, unlabelled, goals)
+        kernel = most_evident(seen.coordinates * stretch_of(source, self.source_power), targets)
+        learn = _Learning(self, source, target, kernel, seen, targets, unlabelled, goals)
         experts = tuple(learn(np.ones(len(targets), bool)))
-        found = shares(learn, coordinates, targets) if len(experts) > 1 else np.ones(1)
-        if len(experts) > 1 and found[0] > UNHEEDED:
+        found = shares(learn, seen, targets, ALONE) if len(targets) >= FEWEST else Shares.whole(len(experts))
+        believed = float(found.doubtful[:UNTOLD].sum())
+        if len(experts) > UNTOLD and believed > UNHEEDED:
             text = (
-                f"predictions with weak labels get {1 - found[0]:.0%} of the say: the target-only rows seem to be of "
+                f"predictions with weak labels get {1 - believed:.0%} of the say: the target-only rows seem to be of "
                 "another kind of performance than the source."
             )
             notes = (*notes, Note("weak-labels-unheeded", text))
-        return LearntTransport(source, target, experts, found, notes)
+        poses = np.concatenate([targets, goals])
+        heard = found.heard
+        kept = tuple(one for one, has in zip(experts, heard, strict=True) if has)
+        return LearntTransport(source, target, kept, found.only(heard), poses, notes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,24 +113,26 @@ class _Learning:
     source: PrincipalSpace
     target: PrincipalSpace
     kernel: LinearRadialKernel
-    coordinates: Floats
+    seen: Seen
     targets: Floats
     source_only: Floats
     target_only: Floats
 
     def __call__(self, used: Flags) -> Sequence[Expert]:
         s = self.settings
-        labelled = self.coordinates[used], self.targets[used]
+        labelled = self.seen.coordinates[used], self.targets[used]
         first = alone(stretch_of(self.source, s.source_power), *labelled, self.kernel)
+        experts: list[Expert] = [first, LinearExpert.told(self.seen.rows[used], self.targets[used])]
         few = len(self.targets) < FEWEST or min(len(self.source_only), len(self.target_only)) < FEWEST
         if s.rounds == 0 or few:
-            return [first]
+            return experts
         rows = np.concatenate([labelled[1], self.target_only])
         hull = LocalHull(rows, self.target, stretch_of(self.target, s.target_power), s.neighbours)
         ways = [
             Matching(s.rounds, s.softness, noise, 0.3, s.relevance) for noise in (s.weak_noise, DOUBTFUL * s.weak_noise)
         ]
-        return [first, *(matched(first, labelled, self.source_only, hull, way) for way in ways)]
+        drawn = ProcessExpert(first.stretch, first.process, hull if hull.neighbours else None)
+        return [*experts, drawn, *(matched(first, labelled, self.source_only, hull, way) for way in ways)]
 
 
 def _spread(along: Floats, most: int) -> Flags:

@@ -82,7 +82,9 @@ class Process:
         factor = cho_factor(covariance, lower=True)
         weights = cho_solve(factor, targets - mean)
         amplitude = ((targets - mean) * weights).mean(axis=0)
-        return cls(kernel, inputs, mean, weights, np.tril(factor[0]), np.maximum(amplitude, 0.0))
+        # In the order that a file keeps, so that a model read back computes the very same numbers.
+        weights, lower = np.ascontiguousarray(weights), np.ascontiguousarray(np.tril(factor[0]))
+        return cls(kernel, inputs, mean, weights, lower, np.maximum(amplitude, 0.0))
 
     def expected(self, rows: Floats) -> Floats:
         """Return the expected targets `(m, k)` at rows `(m, r)`."""

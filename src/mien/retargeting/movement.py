@@ -22,6 +22,10 @@ from mien.solve.spacetime import ClipProblem, solve_clip, solve_uniform
 
 TOLERANCE = 1e-8
 """KKT residual to reach."""
+SPAN = 4000
+"""Frames that are solved at once: memory grows with them."""
+SHARED = 300
+"""Frames by which one span reaches into the next, passing over into it; far more than weights reach in time."""
 Sight = tuple[bytes, int]
 """Which markers are seen, and for pairs of frames how far apart these are."""
 
@@ -50,15 +54,27 @@ class MovementSolver:
         """
         seen = ~np.isnan(take[..., 0])
         kept = np.flatnonzero(seen.any(axis=1))
-        if not len(kept):
-            return np.zeros((len(take), len(self.frame.shapes))), 0.0
-        problem, uniform = self.problem(take[kept], np.diff(kept), fps)
+        weights, worst = np.zeros((len(kept), len(self.frame.shapes))), 0.0
+        for begin in range(0, max(len(kept) - SHARED, 1), SPAN):
+            span = slice(begin, begin + SPAN + SHARED)
+            found, residual = self._span(take[kept[span]], np.diff(kept[span]), fps)
+            if begin:
+                later = np.linspace(0, 1, len(found[:SHARED]))[:, None]
+                found[:SHARED] = (1 - later) * weights[span][:SHARED] + later * found[:SHARED]
+            weights[span], worst = found, max(worst, residual)
+        return _over_gaps(weights, kept, len(take)), worst
+
+    def _span(self, take: Floats, steps: Ints, fps: float) -> tuple[Floats, float]:
+        """Solve frames that each see something, all at once."""
+        if not len(take):
+            return np.zeros((0, len(self.frame.shapes))), 0.0
+        problem, uniform = self.problem(take, steps, fps)
         if uniform is not None:
             weights = solve_uniform(*uniform, problem.load)
         else:
-            start, _ = self.frame.batch(take[kept], fps)
+            start, _ = self.frame.batch(take, fps)
             weights = solve_clip(problem, start, tol=TOLERANCE).weights
-        return _over_gaps(weights, kept, len(take)), problem.kkt(weights)
+        return weights, problem.kkt(weights)
 
     def problem(self, take: Floats, steps: Ints, fps: float) -> tuple[ClipProblem, tuple[Floats, Floats] | None]:
         """Return the problem of frames that each see something.
@@ -164,6 +180,6 @@ def _with_ties(blocks: Floats, which: Ints, links: Floats, joined: Ints) -> tupl
 
 def _over_gaps(weights: Floats, kept: Ints, count: int) -> Floats:
     """Return weights of all frames: straight on across gaps, held at the ends."""
-    if len(kept) == count:
-        return weights
+    if len(kept) in (0, count):
+        return weights if len(kept) else np.zeros((count, weights.shape[1]))
     return np.stack([np.interp(np.arange(count), kept, curve) for curve in weights.T], axis=1)
