@@ -34,12 +34,16 @@ class Take:
         kind: of its targets.
         markers: `(F, 297)` [mm].
         targets: `(F, k)`.
+        names: of the targets, if they are weights.
+        heights: `(99,)` of the markers at rest.
     """
 
     name: str
     kind: str
     markers: Floats
     targets: Floats
+    names: tuple[str, ...]
+    heights: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +83,12 @@ def takes_of(name: str, rig: Rig, landmarks: Path, clip: Clip) -> list[Take]:
     deltas = rig.only(spread.corners.ravel()).blendshapes.deltas.reshape(len(played.names), MARKERS, 3, 3)
     moved = np.einsum("kmca,mc->kma", deltas, spread.weights).reshape(len(played.names), -1)
     markers, weights = 1000 * played.values[good] @ moved, clip.values[good]
-    return [Take(name, "weights", markers, weights), Take(name, "rig", markers, rig_parameters(weights, clip.names))]
+    heights = spread.of(rig.neutral.vertices)[:, 1]
+    rigged = rig_parameters(weights, clip.names)
+    return [
+        Take(name, "weights", markers, weights, clip.names, heights),
+        Take(name, "rig", markers, rigged, (), heights),
+    ]
 
 
 def rig_parameters(weights: Floats, names: tuple[str, ...]) -> Floats:

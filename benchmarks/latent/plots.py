@@ -17,10 +17,10 @@ INK = "#4b5563"
 COLOURS = {
     "transport": "#d1662b",
     "suggested": "#d1662b",
-    "all rows": "#d1662b",
+    "poses alike": "#d1662b",
     "ridge": "#2f6fb5",
     "random": "#2f6fb5",
-    "labels only": "#2f6fb5",
+    "linear-Gaussian, loose": "#2f6fb5",
     "gpr": "#3a9d6a",
     "svr": "#8a5fb0",
     "cross-mapping": "#b59a2f",

@@ -5,13 +5,20 @@
 
 The data are made: 99 markers and 50 parameters driven by smooth random expressions of 20
 independent movements, with 0.5 % noise.  Training is timed to the gradient that is stated;
-compilation happens before the clock starts.  One thread throughout.
+compilation happens before the clock starts.  One thread throughout, and its processor time is
+what is given, so that other work on the machine does not count.
+
+GPy has no model that learns from unlabelled frames; where it is installed, its manifold relevance
+determination (MRD, variational, 30 inducing points, 200 iterations) learns from the 40 labels
+alone, beside ours that does (`sgplvm`).
 """
 
 from __future__ import annotations
 
 import argparse
+import importlib
 import time
+from typing import Any
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -24,6 +31,7 @@ from mien.retargeting.samples import Samples, samples
 LABELS = 40
 MODELS = {
     "paper": LatentModel(),
+    "paper, to a gradient of 1e-2": LatentModel(gradient=1e-2),
     "floor and principal start": LatentModel(floor=1e-3, beginning="principal"),
 }
 
@@ -50,32 +58,49 @@ def drawn(count: int) -> tuple[Samples, Floats]:
 
 
 def trained(model: LatentModel, given: Samples) -> tuple[LearntLatent, float]:
-    begin = time.perf_counter()
+    begin = time.process_time()
     learnt = model.learn(given)
-    return learnt, time.perf_counter() - begin
+    return learnt, time.process_time() - begin
 
 
 def row(name: str, count: int, model: LatentModel) -> Row:
     given, clip = drawn(count)
     learnt, seconds = trained(model, given)
     learnt.map(clip[:3])
-    begin = time.perf_counter()
+    begin = time.process_time()
     learnt.map(clip)
-    whole = time.perf_counter() - begin
+    whole = time.process_time() - begin
     times, state = [], learnt.start()
     for x in clip[:500]:
-        begin = time.perf_counter()
+        begin = time.process_time()
         state, _ = learnt.step(state, x)
-        times.append(time.perf_counter() - begin)
+        times.append(time.process_time() - begin)
     return {
         "model": name,
         "unlabelled": f"{count} + {count}",
-        "training s": round(seconds, 3),
+        "training cpu s": round(seconds, 3),
         "iterations": learnt.convergence.iterations,
         "relative gradient": float(f"{learnt.convergence.gradient:.2g}"),
-        "frame ms, median": round(1000 * float(np.median(times)), 4),
-        "2000 frames s": round(whole, 3),
+        "frame cpu ms, median": round(1000 * float(np.median(times)), 4),
+        "2000 frames cpu s": round(whole, 3),
     }
+
+
+def peer() -> list[Row]:
+    """Time GPy on the labels alone, if it is there."""
+    try:
+        gpy: Any = importlib.import_module("GPy")
+    except ImportError:
+        print("GPy is not installed; its row is left out.")
+        return []
+    given, _ = drawn(0)
+    begin = time.process_time()
+    model = gpy.models.MRD([given.X_labelled, given.Y_labelled], 8, num_inducing=30, initx="PCA_concat")
+    model.optimize("lbfgsb", max_iters=200)
+    seconds = time.process_time() - begin
+    return [
+        {"model": "GPy MRD, labels alone", "unlabelled": "0", "training cpu s": round(seconds, 3), "iterations": 200}
+    ]
 
 
 def main() -> None:
@@ -86,10 +111,11 @@ def main() -> None:
     with threadpool_limits(limits=1):
         row("warm", 20, LatentModel(iterations=5))
         rows += [row(name, 100, model) for name, model in MODELS.items()]
+        rows += [row("sgplvm, labels alone", 0, LatentModel(unlabelled=False)), *peer()]
         counts = [125, 250, 500] if quick else [125, 250, 500, 1000, 2000]
         sparse = LatentModel(floor=1e-3, beginning="principal", inducing=60, iterations=100, gradient=1e-12)
         curve = [row("60 inducing points, 100 iterations", count, sparse) for count in counts]
-    seconds = [float(r["training s"]) / max(int(r["iterations"]), 1) for r in curve]
+    seconds = [float(r["training cpu s"]) / max(int(r["iterations"]), 1) for r in curve]
     exponent = float(np.polyfit(np.log(counts), np.log(seconds), 1)[0])
     rows += curve
     about = (
