@@ -32,7 +32,7 @@ from mien.io.formats import read_clip, read_rig
 from mien.library.characters import globe
 from mien.retargeting.layers.choose import choose_extremes
 from mien.retargeting.layers.comparison import compare_layers
-from mien.retargeting.layers.decompose import Decomposer
+from mien.retargeting.layers.decompose import BEGINNING, Decomposer
 from mien.retargeting.layers.model import LayeredFace, natural_regions
 from mien.retargeting.layers.sources import layers_of_rig, picked_layers, rig_face
 from mien.vocabularies import match
@@ -61,7 +61,8 @@ class Take:
             rows = spread(self.face.rest, count)
         layers = tuple(replace(layer, offsets=layer.offsets[:, rows]) for layer in self.face.layers)
         regions = Labels(self.face.regions.names, self.face.regions.of[rows])
-        return Take(self.name, LayeredFace(self.face.rest[rows], layers, regions), self.moved[:, rows])
+        moved = np.ascontiguousarray(self.moved[:, rows])
+        return Take(self.name, LayeredFace(self.face.rest[rows], layers, regions), moved)
 
 
 def made_by_code(frames: int = 600) -> Take:
@@ -246,10 +247,11 @@ def curve_rows(take: Take) -> list[Row]:
 
 def latency_row(take: Take) -> Row:
     """Time a live stream: displacements in, layers out, one frame at a time."""
-    decomposer, before, times = take.decomposer(), None, []
+    decomposer, memory = take.decomposer(), BEGINNING
+    times: list[float] = []
     for frame in take.moved:
         start = time.perf_counter()
-        before = decomposer.decompose(frame[None], before=before).last
+        _, memory = decomposer.follow(frame[None], memory=memory)
         times.append(time.perf_counter() - start)
     late = 1e3 * np.array(times[1:])
     return {

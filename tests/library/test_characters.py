@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,12 +15,15 @@ from scipy.spatial.distance import pdist
 
 from mien.core import Rig
 from mien.core.arrays import Floats
+from mien.io import gltf
+from mien.io.formats import read_rig
 from mien.library.characters import globe, radio
 from mien.library.characters.globe import COLOURS as GLOBE_COLOURS
 from mien.library.characters.globe import MASKS as GLOBE_MASKS
 from mien.library.characters.radio import COLOURS as RADIO_COLOURS
 from mien.library.characters.radio import MASKS as RADIO_MASKS
-from mien.vocabularies.expressions import BLINKS, LAYER_EMOTIONS, VISEMES
+from mien.retargeting.layers import rig_face
+from mien.vocabularies.expressions import BLINKS, LAYER_EMOTIONS, LAYER_REGION, VISEMES
 
 MAKERS: Mapping[str, Any] = {"globe": globe, "radio": radio}
 MASKS = {"globe": GLOBE_MASKS, "radio": RADIO_MASKS}
@@ -52,6 +56,19 @@ def test_the_masks_share_out_the_vertices(rig: Rig) -> None:
     together = np.concatenate([rig.neutral.groups[mask] for mask in MASKS[rig.name]])
     assert np.array_equal(np.sort(together), np.arange(len(rig.neutral.vertices)))
     assert tuple(rig.neutral.groups)[:3] == MASKS[rig.name]
+    told = rig.anatomy.labels[LAYER_REGION]
+    assert told.names == MASKS[rig.name]
+    for k, mask in enumerate(told.names):
+        assert np.array_equal(np.flatnonzero(told.of == k), np.sort(rig.neutral.groups[mask]))
+
+
+def test_a_file_keeps_the_masks(rig: Rig, tmp_path: Path) -> None:
+    gltf.write_rig(tmp_path / "it.glb", rig)
+    again = rig_face(read_rig(tmp_path / "it.glb"))
+    assert again.regions.names == MASKS[rig.name]
+    assert np.array_equal(again.regions.of, rig_face(rig).regions.of)
+    named = rig_face(read_rig(tmp_path / "it.glb"), masks=MASKS[rig.name][::-1])
+    assert named.regions.names == MASKS[rig.name][::-1]
 
 
 def test_all_extremes_are_there_in_the_order_of_the_layers(rig: Rig) -> None:

@@ -16,7 +16,7 @@ from pathlib import Path
 
 from threadpoolctl import threadpool_limits
 
-from benchmarks.paper_figures.layers.acting import closure_rows, film
+from benchmarks.paper_figures.layers.acting import closure_rows, film, speech_closure_rows
 from benchmarks.paper_figures.layers.performances import performances
 from benchmarks.paper_figures.layers.reconstruction import reconstruction
 from benchmarks.paper_figures.layers.shares import speech_rows, weight_plot
@@ -45,6 +45,9 @@ def main() -> None:
         publish("layers_speech", about, speech_rows(data), PACKAGES, results)
         about = "How far mouths are open at /p/ and /a/"
         publish("layers_closure", about, closure_rows(folder), PACKAGES, results)
+        if data is not None:
+            about = "How far mouths are open where an actor's lips close in recorded speech"
+            publish("layers_speech_closure", about, speech_closure_rows(data), PACKAGES, results)
         film(folder, arguments.quick)
     print(f"pictures are in {folder}")
 

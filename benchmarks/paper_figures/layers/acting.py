@@ -7,16 +7,28 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import cKDTree
 
-from benchmarks.paper_figures.layers.talking import CAST, FEELINGS, SAYING, babble, cast, fitted, seen, sentence
+from benchmarks.paper_figures.layers.performances import SPOKEN, spoken
+from benchmarks.paper_figures.layers.talking import (
+    CAST,
+    FEELINGS,
+    SAYING,
+    arkit_actor,
+    babble,
+    cast,
+    fitted,
+    in_arkit,
+    seen,
+    sentence,
+)
 from benchmarks.report import Row
-from mien.core import Clip, Rig
-from mien.core.arrays import Floats
+from mien.core import Clip, Markers, Rig
+from mien.core.arrays import Floats, Ints
 from mien.library.expressions.scripts import SENTENCE
 from mien.look.movie import sampled, write_movie
 from mien.look.portrait import Portrait, frame_clip
 from mien.look.sheet import Labelled, save_png, sheet
 from mien.look.sheet import Row as Strip
-from mien.retargeting.layers import split_clip, split_rig
+from mien.retargeting.layers import LayeredRetargeter, split_clip, split_rig
 
 FRAMES = (0, 33, 42, 55, 80, 98, 135, 175, 215, 260, 300)
 """At rest, w-o-w, blink, I, idea, you, that, a smile that blinks."""
@@ -24,32 +36,40 @@ FILM_FPS = 30.0
 INNER_LIPS = (("ibug_61", "ibug_67"), ("ibug_62", "ibug_66"), ("ibug_63", "ibug_65"))
 
 
-def actings(script: Clip) -> dict[str, Clip]:
-    """Return what everyone does while the actor plays a script; the actor itself plays it."""
-    return {"actor": script} | {name: fitted(name).retarget(seen(script))[0] for name in CAST[1:]}
+def actings(script: Clip) -> dict[str, tuple[Rig, Clip]]:
+    """Return what everyone does while the actor plays a script, as animated files show it; the actor itself plays it."""
+    markers = seen(script)
+    return {"actor": (cast("actor"), script)} | {name: exactly(name, fitted(name), markers) for name in CAST[1:]}
+
+
+def exactly(name: str, made: LayeredRetargeter, markers: Markers) -> tuple[Rig, Clip]:
+    """Return one of the cast with shapes split by region, and the weights of those."""
+    rig = split_rig(cast(name), made.character)
+    clip = split_clip(made.character, made.layers(markers))
+    return rig, Clip(rig.blendshapes.names, clip.channels(rig.blendshapes.names), clip.fps)
 
 
 def film(folder: Path, quick: bool) -> None:
     """Picture the sentence on all five side by side, as `figure10.png` and `figure10.mp4`."""
-    clips = actings(sentence())
+    shown = actings(sentence())
     sitters = {
-        name: Portrait.of(cast(name), size=(200, 200), camera=frame_clip(cast(name), clip))
-        for name, clip in clips.items()
+        name: Portrait.of(rig, size=(200, 200), camera=frame_clip(rig, clip)) for name, (rig, clip) in shown.items()
     }
     rows = [
         Strip(name, tuple(Labelled(sitters[name].picture(clip.values[f]), f"{f / clip.fps:.2f} s") for f in FRAMES))
-        for name, clip in clips.items()
+        for name, (_, clip) in shown.items()
     ]
     save_png(folder / "figure10.png", sheet(rows, SENTENCE))
     if quick:
         return
-    length, fps = len(clips["actor"]), clips["actor"].fps
+    length, fps = len(shown["actor"][1]), shown["actor"][1].fps
     large = {
-        name: Portrait.of(cast(name), size=(320, 320), camera=frame_clip(cast(name), clip))
-        for name, clip in clips.items()
+        name: Portrait.of(rig, size=(320, 320), camera=frame_clip(rig, clip)) for name, (rig, clip) in shown.items()
     }
     pictures = (
-        np.concatenate([large[name].picture(clip.values[f], edges="quick") for name, clip in clips.items()], axis=1)
+        np.concatenate(
+            [large[name].picture(clip.values[f], edges="quick") for name, (_, clip) in shown.items()], axis=1
+        )
         for f in sampled(length, fps, FILM_FPS)
     )
     write_movie(folder / "figure10.mp4", pictures, FILM_FPS)
@@ -58,35 +78,31 @@ def film(folder: Path, quick: bool) -> None:
 def closure_rows(folder: Path) -> list[Row]:
     """Measure how far mouths are open at /p/ and at /a/, with each feeling, and picture them in `closed.png`."""
     rig, clip, said = babble()
-    rigs = {"actor": rig} | {name: cast(name) for name in CAST[1:]}
-    clips, split = {"actor": clip}, {"actor": (rig, clip)}
+    own, split, markers = {"actor": (rig, clip)}, {"actor": (rig, clip)}, seen(clip, rig)
     for name in CAST[1:]:
-        retargeter, markers = fitted(name), seen(clip, rig)
-        clips[name] = retargeter.retarget(markers)[0]
-        exact = split_rig(cast(name), retargeter.character)
-        played = split_clip(retargeter.character, retargeter.layers(markers))
-        split[name] = exact, Clip(exact.blendshapes.names, played.channels(exact.blendshapes.names), played.fps)
+        made = fitted(name)
+        own[name] = cast(name), made.retarget(markers)[0]
+        split[name] = exactly(name, made, markers)
     feeling = np.minimum((np.arange(len(said)) / said.fps / SAYING).astype(int), len(FEELINGS) - 1)
     sounds = {"/p/": said.channels(["viseme_PP"])[:, 0] > 0.999, "/a/": said.channels(["viseme_aa"])[:, 0] > 0.999}
     sounds["/p/"] &= said.channels(["viseme_aa"])[:, 0] == 0
     sounds["/a/"] &= said.channels(["viseme_PP"])[:, 0] == 0
     rows: list[Row] = []
-    for name, shown_clip in clips.items():
-        gaps = np.array([gap_mm(rigs[name], weights) for weights in shown_clip.values])
-        own = gap_mm(cast(name), _own(cast(name), "viseme_PP"))
+    for name in own:
+        measured = [_gaps(cast(name), *acted) for acted in (split[name], own[name])]
+        pressed = gap_mm(cast(name), _own(cast(name), "viseme_PP"))
         for k, felt in enumerate(FEELINGS):
-            shut, wide = (gaps[mask & (feeling == k)] for mask in sounds.values())
-            exact, played = split[name]
-            frames = np.flatnonzero(sounds["/p/"] & (feeling == k))
+            shut, wide = (mask & (feeling == k) for mask in sounds.values())
+            exact, projected = measured
             rows.append(
                 {
                     "character": name,
                     "feeling": felt,
-                    "gap at /p/ mm": float(shut.mean()),
-                    "most": float(shut.max()),
-                    "with --split": float(np.mean([_open(cast(name), exact.pose(played.values[f])) for f in frames])),
-                    "gap at /a/ mm": float(wide.mean()),
-                    "of its own /p/ mm": own,
+                    "gap at /p/ mm": float(exact[shut].mean()),
+                    "most": float(exact[shut].max()),
+                    "on its own shapes": float(projected[shut].mean()),
+                    "gap at /a/ mm": float(exact[wide].mean()),
+                    "of its own /p/ mm": pressed,
                 }
             )
     shown = [
@@ -95,11 +111,52 @@ def closure_rows(folder: Path) -> list[Row]:
         for sound, mask in sounds.items()
     ]
     strips = []
-    for name, played in clips.items():
-        sitter = Portrait.of(rigs[name], size=(200, 200), camera=frame_clip(rigs[name], played))
+    for name, (whole, played) in split.items():
+        sitter = Portrait.of(whole, size=(200, 200), camera=frame_clip(whole, played))
         strips.append(Strip(name, tuple(Labelled(sitter.picture(played.values[f]), label) for label, f in shown)))
     save_png(folder / "closed.png", sheet(strips, "/pa/ with three feelings"))
     return rows
+
+
+def speech_closure_rows(folder: Path) -> list[Row]:
+    """Measure how far the cast's mouths are open where an actor's lips close in recorded speech."""
+    rows: list[Row] = []
+    for take in SPOKEN:
+        clip = in_arkit(spoken(folder, take))
+        markers, opened = seen(clip, arkit_actor()), _gaps(arkit_actor(), arkit_actor(), clip)
+        shut = closures(opened, clip.fps)
+        for name in CAST[1:]:
+            made = fitted(name)
+            rig, played = exactly(name, made, markers)
+            gaps = np.array([_open(cast(name), rig.pose(played.values[f])) for f in shut])
+            rows.append(
+                {
+                    "take": take,
+                    "character": name,
+                    "closures": len(shut),
+                    "the actor's gap mm": float(opened[shut].mean()),
+                    "gap mm": float(gaps.mean()),
+                    "most": float(gaps.max()),
+                    "at rest mm": gap_mm(cast(name), np.zeros(len(cast(name).blendshapes))),
+                }
+            )
+    return rows
+
+
+def closures(opened: Floats, fps: float) -> Ints:
+    """Return frames in which lips that were 3 mm apart within half a second before are closest, within 1.3 mm."""
+    window = round(fps / 2)
+    found: list[int] = []
+    for f in range(window, len(opened) - 1):
+        least = opened[f] < 1.3 and opened[f] <= min(opened[f - 1], opened[f + 1])
+        if least and opened[f - window : f].max() > 3 and not (found and f - found[-1] <= window // 2):
+            found.append(f)
+    return np.array(found, np.int64)
+
+
+def _gaps(rig: Rig, posed: Rig, clip: Clip) -> Floats:
+    """Return `(F,)` how far a mouth is open while a rig on its vertices plays a clip [mm]."""
+    return np.array([_open(rig, posed.pose(weights)) for weights in clip.values])
 
 
 def gap_mm(rig: Rig, weights: Floats) -> float:

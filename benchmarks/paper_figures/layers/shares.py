@@ -10,16 +10,14 @@ from matplotlib.figure import Figure
 
 from benchmarks.paper_figures.layers.performances import SPOKEN, Performance, spoken, studio
 from benchmarks.paper_figures.layers.reconstruction import COLOURS, INK
-from benchmarks.paper_figures.layers.talking import arkit_actor, fitted, seen, sentence
+from benchmarks.paper_figures.layers.talking import arkit_actor, fitted, in_arkit, seen, sentence
 from benchmarks.report import Row
-from mien.core import Clip, Markers
+from mien.core import Markers
 from mien.core.arrays import Floats
 from mien.io.files import written_whole
 from mien.look.portrait import Portrait
 from mien.look.sheet import telling_frames
 from mien.retargeting.layers import LayeredRetargeter
-from mien.vocabularies import match
-from mien.vocabularies.arkit import ARKIT_NAMES
 from mien.vocabularies.expressions import VISEMES
 
 LIPS = {
@@ -79,21 +77,20 @@ def speech_rows(folder: Path | None) -> list[Row]:
         for name in SPOKEN if folder is not None else ():
             assert folder is not None
             clip = spoken(folder, name)
-            weight = _mouth(speaker, seen(_arkit(clip), arkit_actor()))
+            weight = _mouth(speaker, seen(in_arkit(clip), arkit_actor()))
+            held: list[Floats] = []
             for kind, group in LIPS.items():
                 level = studio(folder, name, (group,))[:, 0]
                 if level.max() > LEAST:
+                    held.append(level / level.max() if kind in ("rounded", "closed") else 0 * level)
                     rows.append(_row(name, closure, kind, weight, level, max(LEAST, float(np.quantile(level, 0.75)))))
+            rows.append(_row(name, closure, "rounded or closed", weight, np.sum(held, axis=0), 0.5))
         script = sentence()
         weight = _mouth(speaker, seen(script))
         for kind, names in (("rounded", ROUND), ("any viseme", tuple(VISEMES))):
             level = script.channels(names).max(axis=1)
             rows.append(_row("the built-in sentence", closure, kind, weight, level, 0.4))
     return rows
-
-
-def _arkit(clip: Clip) -> Clip:
-    return Clip(ARKIT_NAMES, clip.values @ match(clip.names, ARKIT_NAMES).matrix.T, clip.fps)
 
 
 def _mouth(speaker: LayeredRetargeter, markers: Markers) -> Floats:

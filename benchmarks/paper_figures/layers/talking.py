@@ -17,6 +17,7 @@ from mien.library.expressions.scripts import scripted as acted
 from mien.retargeting import make_method
 from mien.retargeting.layers import LayeredRetargeter, layer_clip, rig_face, split_clip, split_rig, table_of
 from mien.rigging.baking import scripted
+from mien.vocabularies import match
 from mien.vocabularies.arkit import ARKIT_NAMES
 
 COUNT = 99
@@ -42,6 +43,11 @@ def arkit_actor() -> Rig:
     return cast_member("actor", tuple(ARKIT_NAMES))
 
 
+def in_arkit(clip: Clip) -> Clip:
+    """Return a clip in ARKit's names, matched by name."""
+    return Clip(tuple(ARKIT_NAMES), clip.values @ match(clip.names, ARKIT_NAMES).matrix.T, clip.fps)
+
+
 def seen(clip: Clip, rig: Rig | None = None) -> Markers:
     """Return the actor's points while it plays a clip of its extremes, or of a rig's shapes on the same vertices."""
     rig = rig or cast("actor")
@@ -50,6 +56,7 @@ def seen(clip: Clip, rig: Rig | None = None) -> Markers:
     return trace(rig, clip, source, points().names)
 
 
+@cache
 def fitted(character: str, closure: float | None = None) -> LayeredRetargeter:
     """Bring the actor and one of the cast into the same layers.
 
@@ -66,7 +73,7 @@ def fitted(character: str, closure: float | None = None) -> LayeredRetargeter:
             names.append(f"{layer}.{extreme}")
     clip = Clip(actor.blendshapes.names, np.array(rows), 60.0)
     examples = Examples(np.arange(len(names)), tuple(names), np.where(np.eye(len(names)) > 0, 1.0, np.nan))
-    settings = {} if closure is None else {"closure": closure}
+    settings = {} if closure is None else {"closure": closure} | ({"closing": 0.0} if closure == 1 else {})
     rest = Neutral(source.of(actor.neutral.vertices), None, 0.0)
     made = make_method("layers", settings).fit(
         cast(character), seen(clip), neutral=rest, head_moves=False, examples=examples

@@ -25,13 +25,18 @@ def compose(
         list[str] | None, typer.Option(help="A vertex group that is a region of the character; repeat, in order.")
     ] = None,
     split: Annotated[
-        bool, typer.Option(help="Give the character a shape per extreme and region, which plays the curves exactly.")
-    ] = False,
+        bool,
+        typer.Option(
+            help="Give an animated file a shape per extreme and region beside its own, which plays the curves exactly; "
+            "weights (.csv, .npz) are always of its own shapes."
+        ),
+    ] = True,
     gain: Annotated[
         list[str] | None, typer.Option(help="LAYER=VALUE: how much of a layer the character shows; repeat.")
     ] = None,
     speed: Annotated[float, typer.Option(help="How much faster than the actor the character acts.")] = 1.0,
     lag: Annotated[float, typer.Option(help="How long the character takes to follow [s].")] = 0.0,
+    head_gain: Annotated[float, typer.Option(help="How much of the head's turning and moving is shown.")] = 1.0,
     json: options.Json = False,
     quiet: options.Quiet = False,
 ) -> None:
@@ -51,17 +56,26 @@ def compose(
     check_outputs(output, [character, curves])
     with stages(quiet) as stage:
         stage("compose")
-        own = Dynamics(numbers(gain or [], "--gain"), lag, speed)
-        dynamics = own if gain or (speed, lag) != (1.0, 0.0) else None
+        own = Dynamics(numbers(gain or [], "--gain"), lag, speed, head_gain)
+        dynamics = own if gain or (speed, lag, head_gain) != (1.0, 0.0, 1.0) else None
         made = job.compose(character, curves, masks=mask or (), split=split, dynamics=dynamics)
         stage("write")
         job.write(made, output)
     if json:
-        account = {"frames": len(made.clip), "shapes": len(made.clip.names), "loss_mm": round(made.loss_mm, 4)}
+        split_shapes = 0 if made.split is None else len(made.split[1].names)
+        account = {
+            "frames": len(made.clip),
+            "shapes": len(made.clip.names),
+            "loss_mm": round(made.loss_mm, 4),
+            "split_shapes": split_shapes,
+        }
         print_json({**account, "warnings": [vars(note) for note in made.notes]})
     elif not quiet:
         out = console()
-        out.print(f"{len(made.clip)} frames, {len(made.clip.names)} shapes, projected to within {made.loss_mm:.2f} mm")
+        exact = "" if made.split is None else f"; meshes exact, by {len(made.split[1].names)} shapes split by region"
+        out.print(
+            f"{len(made.clip)} frames, {len(made.clip.names)} shapes, projected to within {made.loss_mm:.2f} mm{exact}"
+        )
         print_notes(made.notes)
         for path in output:
             out.print(f"wrote {path}")

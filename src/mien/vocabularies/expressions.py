@@ -61,3 +61,6 @@ VISEMES: Final[dict[str, str]] = {
 """Twelve mouth shapes and the sounds they stand for, in the names that avatars use."""
 
 BLINKS: Final[tuple[str, ...]] = ("blink_open", "blink_half", "blink_closed")
+
+LAYER_REGION: Final = "layer region"
+"""The label of an anatomy that says which region a vertex is in: regions weigh the layers each for itself."""

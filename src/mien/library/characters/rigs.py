@@ -8,10 +8,10 @@ from typing import TypeVar
 
 import numpy as np
 
-from mien.core import Blendshapes, Rig
+from mien.core import Anatomy, Blendshapes, Labels, Rig
 from mien.core.rig import Colour
 from mien.library.characters.parts import Part, joined
-from mien.vocabularies.expressions import BLINKS, LAYER_EMOTIONS, VISEMES
+from mien.vocabularies.expressions import BLINKS, LAYER_EMOTIONS, LAYER_REGION, VISEMES
 
 CENTIMETRE = 0.01
 
@@ -46,4 +46,8 @@ def posed_rig(
             deltas[k] = np.concatenate([part.points for part in model(poses[extreme])]) - mesh.vertices
     groups = {group: mesh.groups[group] for group in (*masks, *mesh.groups)}
     mesh = replace(mesh, vertices=mesh.vertices * CENTIMETRE, groups=groups)
-    return Rig(mesh, Blendshapes(EXTREMES, deltas * CENTIMETRE), name=name, colours=colours)
+    of = np.full(len(mesh.vertices), -1)
+    for k, mask in enumerate(masks):
+        of[groups[mask]] = k
+    anatomy = Anatomy(labels={LAYER_REGION: Labels(tuple(masks), of)})
+    return Rig(mesh, Blendshapes(EXTREMES, deltas * CENTIMETRE), anatomy=anatomy, name=name, colours=colours)
