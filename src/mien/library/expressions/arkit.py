@@ -15,7 +15,7 @@ _SIDED: Final[dict[str, dict[str, float]]] = {
     "mouthFrown": {"15": 1.0},
     "mouthDimple": {"14": 1.0},
     "mouthStretch": {"20": 1.0},
-    "mouthPress": {"24": 0.8, "14": 0.2},
+    "mouthPress": {"24": 0.8, "17": 0.5, "12": 0.2},
     "mouthLowerDown": {"16": 1.0},
     "mouthUpperUp": {"10": 1.0},
     "browDown": {"4": 1.0},
@@ -41,7 +41,7 @@ _WHOLE: Final[dict[str, dict[str, float]]] = {
     "mouthRollUpper": {"T28": 1.0},
     "mouthShrugLower": {"17": 1.0},
     "mouthShrugUpper": {"102": 1.0},
-    "browInnerUp": {"1": 1.0},
+    "browInnerUp": {"1": 0.65},
     "cheekPuff": {"34": 1.0},
     "tongueOut": {"19": 1.0},
 }

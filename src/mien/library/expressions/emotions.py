@@ -31,8 +31,8 @@ def _degrees(source: str, **names: Mapping[str, float]) -> dict[str, Expression]
 PRIMARY: Final[dict[str, Expression]] = {
     **_degrees(
         PROTOTYPE,
-        serenity={"12": 0.4, "6": 0.2},
-        joy={"12": 0.75, "6": 0.65, "25": 0.5},
+        serenity={"12": 0.5, "6": 0.35},
+        joy={"12": 0.9, "6": 0.8, "25": 0.6},
         ecstasy={"12": 1.0, "6": 1.0, "25": 1.0, "26": 0.75, "1": 0.25, "2": 0.25},
     ),
     **_degrees(
@@ -68,7 +68,7 @@ PRIMARY: Final[dict[str, Expression]] = {
     **_degrees(
         PROTOTYPE,
         annoyance={"4": 0.5, "7": 0.3, "23": 0.4},
-        anger={"4": 0.9, "5": 0.3, "7": 0.5, "23": 0.5, "24": 0.5, "17": 0.4},
+        anger={"4": 1.0, "5": 0.3, "7": 0.7, "23": 0.5, "24": 0.5, "17": 0.4},
         rage={"4": 1.0, "5": 0.75, "7": 0.5, "9": 0.6, "10": 0.8, "16": 0.7, "20": 0.4, "25": 0.8, "26": 0.9},
     ),
     **_degrees(

@@ -28,13 +28,16 @@ PATCHES = (
     Patch("nose_wing", "wing", (0.9, 0.9, 1.4)),
     Patch("cheek", "cheek", (2.1, 2.2, 3.2)),
     Patch("cheekbone", "cheekbone", (1.7, 1.2, 2.2)),
+    Patch("buccal", "buccal", (1.7, 1.9, 3.2)),
+    Patch("malar", "malar", (2.0, 2.2, 3.2)),
+    Patch("infraorbital", "infraorbital", (2.0, 0.9, 2.0)),
     Patch("lip_corner", "corner", (1.2, 1.25, 1.8)),
     Patch("lip_upper", "lip_upper", (1.9, 0.85, 1.6), "upper", 0.45),
     Patch("lip_lower", "lip_lower", (1.9, 0.9, 1.6), "lower", 0.45),
 )
 """Those of each side; `behind` sets the centre about which a lip rolls back from the skin [cm]."""
 
-BROW = ("brow_inner", "brow_middle", "cheekbone")
+BROW = ("brow_inner", "brow_middle", "cheekbone", "malar", "infraorbital")
 
 
 def clusters(field: Field) -> tuple[Cluster, ...]:

@@ -32,6 +32,7 @@ class Strand(NamedTuple):
         travel: how far the skin moves at contraction 1 [cm of a human face].
         depth: how deep the fibre lies under the skin at its fixed end and at its other end [cm].
         side: whose skin follows, of the upper lip, the lower, or both.
+        ends: share of the path at which the fibre ends: those of the mouth's corner meet beside it, in the modiolus.
     """
 
     name: str
@@ -41,18 +42,19 @@ class Strand(NamedTuple):
     travel: float
     depth: tuple[float, float] = (0.9, 0.35)
     side: Side = "both"
+    ends: float = 1.0
 
 
 STRANDS = (
     Strand("frontalis_medial", ("forehead_inner", "brow_inner"), 1.6, (0, 0.9), 0.85, (0.3, 0.35)),
     Strand("frontalis_lateral", ("forehead_outer", "brow_side"), 2.05, (0, 0.9), 0.8, (0.3, 0.35)),
     Strand("corrugator", ("glabella", "brow_inner", "brow_peak"), 1.35, (0, 0.45), 0.75, (0.7, 0.35)),
-    Strand("levator_labii", ("infraorbital", "lip_side", "lip_upper"), 1.45, (0.4, 0.95), 0.85, (0.9, 0.4), "upper"),
+    Strand("levator_labii", ("infraorbital", "lip_side"), 1.45, (0.4, 0.95), 0.75, (0.1, 0.4), "upper"),
     Strand("levator_nasi", ("canthus", "wing"), 1.1, (0, 0.85), 0.85, (0.6, 0.35), "upper"),
-    Strand("zygomaticus_major", ("zygion", "smile", "corner"), 1.85, (0, 0.95), 1.2),
-    Strand("risorius", ("masseter", "corner"), 1.5, (0, 0.95), 1.15, (0.8, 0.4)),
-    Strand("triangularis", ("jaw_front", "corner"), 1.4, (0, 0.9), 1.0),
-    Strand("depressor_labii", ("jaw_front", "lip_lower"), 1.5, (0, 0.9), 0.85, (0.9, 0.4), "lower"),
+    Strand("zygomaticus_major", ("zygion", "smile", "corner"), 1.75, (0.5, 1), 0.9, ends=0.85),
+    Strand("risorius", ("masseter", "buccal", "corner"), 1.5, (0.3, 1), 1.0, (0.8, 0.4)),
+    Strand("triangularis", ("jaw_side", "corner"), 1.4, (0, 0.9), 0.85, (0.1, 0.8)),
+    Strand("depressor_labii", ("jaw_front", "lip_lower"), 1.5, (0, 0.9), 0.75, (0.1, 0.6), "lower"),
     Strand("mentalis", ("chin_root", "chin_side"), 1.3, (0, 0.8), 0.55, (0.9, 0.4), "lower"),
     Strand("orbicularis_oris", ("lips", "lip_bend", "corner"), 1.35, (0, 0.85), 1.15, (0.2, 0.3)),
 )
@@ -75,17 +77,18 @@ def _strand(field: Field, spots: dict[str, Floats], row: Strand) -> Muscle:
     path = _smooth_path(np.array([spots[name] for name in row.path]))
     weights = field.along(path, row.radius * size, row.grip, row.side)
     weights *= field.head.vertices[:, 0] > 0 if row.name == ORIS else field.left
-    fibre = path - np.linspace(*row.depth, KNOTS)[:, None] * size * _outwards_along(field, path)
-    frame = frame_at(fibre[-1], fibre[-2] - fibre[-1], outward_at(field, path[-1]))
+    course = _smooth_path(path, row.ends)
+    fibre = course - np.linspace(*row.depth, KNOTS)[:, None] * size * _outwards_along(field, course)
+    frame = frame_at(fibre[-1], fibre[-2] - fibre[-1], outward_at(field, course[-1]))
     shortening = row.travel * size / fibre_length(fibre)
     return Muscle(f"{row.name}_left", fibre * CENTIMETRE, weights, frame, size, shortening)
 
 
-def _smooth_path(knots: Floats) -> Floats:
-    """Return `KNOTS` points on the smooth curve through a few."""
+def _smooth_path(knots: Floats, until: float = 1.0) -> Floats:
+    """Return `KNOTS` points on the smooth curve through a few, up to this share of its length."""
     walked = np.append(0, np.cumsum(np.linalg.norm(np.diff(knots, axis=0), axis=1)))
     curve = make_interp_spline(walked, knots, k=min(3, len(knots) - 1))
-    return np.asarray(curve(np.linspace(0, walked[-1], KNOTS)))
+    return np.asarray(curve(np.linspace(0, until * walked[-1], KNOTS)))
 
 
 def _outwards_along(field: Field, path: Floats) -> Floats:
