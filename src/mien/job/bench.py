@@ -16,6 +16,7 @@ from mien.io.files import written_whole
 from mien.look import compared, plots
 from mien.look.page import Figure, Prose, Section, Table, page
 from mien.look.portrait import Portrait
+from mien.look.raster import Picture
 from mien.look.sheet import Labelled, Row, png, sheet
 
 SIZE = 150
@@ -149,7 +150,15 @@ def _written(spread: Spread) -> str | None:
 
 
 def strips(scened: Scened) -> Figure:
-    """Picture the character in the truth's strongest frames, and as each method poses it there."""
+    """Show the character in the truth's strongest frames, and as each method poses it there."""
+    caption = (
+        f"{scened.scene.identities[0]} at the frames in which the truth moves most; the truth above, then each method."
+    )
+    return Figure(png(pictured(scened)), caption)
+
+
+def pictured(scened: Scened) -> Picture:
+    """Picture a row of the truth's strongest frames, and one for each method."""
     case, frames = scened.witness.case, scened.witness.frames
     sitter = Portrait.of(case.character, size=(SIZE, SIZE))
     labels = [f"{f / case.test.fps:.2f} s" for f in frames]
@@ -158,7 +167,4 @@ def strips(scened: Scened) -> Figure:
         Row(name, tuple(Labelled(sitter.picture(pose), label) for pose, label in zip(of, labels, strict=True)))
         for name, of in poses.items()
     ]
-    caption = (
-        f"{scened.scene.identities[0]} at the frames in which the truth moves most; the truth above, then each method."
-    )
-    return Figure(png(sheet(rows)), caption)
+    return sheet(rows)

@@ -21,7 +21,7 @@ from mien.solve.symmetric import semidefinite
 
 HALVINGS = 12
 """How often a step that does not lower the objective is halved before the sweeps go on alone."""
-SWEEPS = 6
+SWEEPS = 2
 """Between steps on the free set; they find out what is free."""
 
 
