@@ -21,7 +21,10 @@ FLOORS = [
     {"cli"},
 ]
 """From the ground up; a package may import from floors below it and from itself."""
-METHODS = {"range_of_motion", "layers", "rbf", "direct", "copying", "latent", "transport", "regression"}
+METHODS = {
+    *("range_of_motion", "layers", "rbf", "direct", "copying", "latent", "transport", "regression"),
+    *("example_based", "spacetime"),
+}
 """Methods do not import each other: what two of them share stands beside them in `retargeting`."""
 
 

@@ -6,8 +6,10 @@
     python -m benchmarks.accuracy --every 3
 
 The cases need the real rigs and recordings (`MIEN_DATA`, or `--data`); without them only
-the embedded ones are run.  `floor` is the actor's true shapes in the same solve, and
-`paper` the range-of-motion method as published.
+the embedded ones are run.  `floor` is the actor's true shapes in the same solve,
+`deformation-transfer` the character's shapes moved onto the actor's mesh, which no method
+sees, and `paper` the range-of-motion method as published.  Methods that learn from labels
+are measured by `mien bench`, or if named.
 """
 
 from __future__ import annotations
@@ -21,12 +23,14 @@ from typing import Any
 from benchmarks.report import RESULTS, ROOT, Row, publish
 from mien.evaluate import Case, embedded_cases, run_case, run_suite, summary
 from mien.evaluate.collection import FULL, QUICK, made
-from mien.evaluate.suite import FLOOR, TRUTHS
-from mien.retargeting import METHODS
+from mien.evaluate.played import REFERENCES
+from mien.evaluate.suite import TRUTHS
 
 STRIDE = 4
 """The vertex error, which takes longest, is measured at every so many frames."""
 PAPER = "paper"
+UNLABELLED = ("range-of-motion", "spacetime", "example-based", "direct", "rbf", "copy")
+"""The methods that need nothing but takes and pairs (and names, `copy`)."""
 SHOWN = {
     "rmse": "rmse",
     "correlation": "corr",
@@ -85,7 +89,7 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help=f"{len(QUICK)} cases and not all {len(FULL)}")
     parser.add_argument("--every", type=int, default=1, help="only every so many of the cases")
     parser.add_argument("--cases", nargs="*", default=[], help="only cases whose names hold all these words")
-    parser.add_argument("--methods", nargs="*", default=[FLOOR, *METHODS, PAPER], help="which methods")
+    parser.add_argument("--methods", nargs="*", default=[*REFERENCES, *UNLABELLED, PAPER], help="which methods")
     parser.add_argument("--set", nargs="*", default=[], type=assignment, dest="settings", help="KEY=VALUE of methods")
     parser.add_argument("--data", type=Path, default=os.environ.get("MIEN_DATA", ROOT.parent / "shared" / "data"))
     parser.add_argument("--json", type=Path, help="where to write the results")

@@ -24,7 +24,8 @@ from mien.core.arrays import Floats
 from mien.evaluate import Case, run_case, summary
 from mien.evaluate.collection import FULL, QUICK, Recipe, made
 from mien.evaluate.metrics import active_per_frame
-from mien.evaluate.suite import FLOOR, compare
+from mien.evaluate.played import FLOOR
+from mien.evaluate.suite import compare
 from mien.retargeting import make_method
 from mien.retargeting.initial import warped_shapes
 from mien.retargeting.prepare import Prepared

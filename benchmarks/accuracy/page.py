@@ -17,12 +17,13 @@ from benchmarks.accuracy.__main__ import PAPER
 from benchmarks.accuracy.plots import sweep_sheet
 from benchmarks.report import RESULTS, ROOT, Row
 from mien.evaluate.collection import FULL, QUICK, Recipe
-from mien.evaluate.suite import COPY, FLOOR, SAME, TRUTHS
+from mien.evaluate.played import DEFORMATION_TRANSFER, FLOOR
+from mien.evaluate.suite import COPY, SAME, TRUTHS
 
 PAGE = ROOT / "docs" / "accuracy.md"
 PICTURE = ROOT / "docs" / "pictures" / "ablation.svg"
 OURS = "range-of-motion"
-METHODS = (FLOOR, OURS, "direct", "rbf", PAPER, COPY)
+METHODS = (FLOOR, OURS, "spacetime", "example-based", DEFORMATION_TRANSFER, "direct", "rbf", PAPER, COPY)
 FIGURES = {
     "corr": "correlation",
     "gain": "gain",
@@ -164,11 +165,12 @@ def _source(document: Row) -> str:
 def main() -> None:
     read = {
         name: json.loads((RESULTS / f"{name}.json").read_text(encoding="utf-8"))
-        for name in ("accuracy_quick", "accuracy", "accuracy_ablation")
+        for name in ("accuracy_quick", "accuracy_library", "accuracy", "accuracy_ablation")
     }
     page = PAGE.read_text(encoding="utf-8")
     page = filled(page, "methods", by_method(read["accuracy_quick"]))
     page = filled(page, "cases", by_case(read["accuracy_quick"]))
+    page = filled(page, "library", by_method(read["accuracy_library"]))
     page = filled(page, "levels", by_level(read["accuracy"]))
     page = filled(page, "all-methods", by_method(read["accuracy"]))
     page = filled(page, "ablation", ablation(read["accuracy_ablation"]))

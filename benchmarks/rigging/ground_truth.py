@@ -34,7 +34,7 @@ from threadpoolctl import threadpool_limits
 from benchmarks.report import ROOT, Row, publish
 from mien.core import Mesh, Rig, SurfacePoints
 from mien.core.arrays import Floats, Ints
-from mien.evaluate.gaps import LEFT_LIDS, LIPS, RIGHT_LIDS, gaps
+from mien.evaluate.gaps import gaps
 from mien.evaluate.metrics import millimetre
 from mien.geometry.surface import distances_along
 from mien.io.documents import join, landmarks_on_mesh, read_landmarks
@@ -42,6 +42,7 @@ from mien.io.formats import read_rig
 from mien.rigging.blendshapes import METHODS, carried
 from mien.rigging.dense import DenseFit, lay
 from mien.vocabularies import match, shape_key
+from mien.vocabularies.openings import INNER_LIPS, LEFT_LIDS, RIGHT_LIDS
 
 PAIRS = (
     ("ict_head", "another identity"),
@@ -140,7 +141,7 @@ def closed_gaps(rig: Rig) -> dict[str, float]:
 def other_side(source: Rig, target: Rig, fit: DenseFit) -> tuple[int, int]:
     """Count target vertices near slits whose source point is on the other side, and all that are near."""
     wrong, near = 0, np.zeros(len(fit.target.vertices), np.bool_)
-    for pairs in (RIGHT_LIDS, LEFT_LIDS, LIPS):
+    for pairs in (RIGHT_LIDS, LEFT_LIDS, INNER_LIPS):
         there, distance = _sides(target, pairs)
         here, _ = _sides(source, pairs)
         close = fit.target_skin & (distance < NEAR_SLIT_MM * millimetre(target)) & (np.abs(there) > CLEAR_MM)

@@ -11,6 +11,10 @@ import pytest
 from mien.core import Clip, InputError
 from mien.evaluate import Case, embedded_cases, run_case, run_suite, summary
 from mien.evaluate.collection import QUICK, Recipe, actor, made
+from mien.evaluate.deformation import transferred_shapes
+from mien.evaluate.metrics import shape_error
+from mien.evaluate.played import DEFORMATION_TRANSFER, play
+from mien.evaluate.suite import compare
 from mien.retargeting import make_method
 
 SOLVE = {"sparsity": 0.02, "bounds": (0.0, 1.1)}
@@ -43,6 +47,22 @@ def test_true_shapes_given_as_an_array_or_a_function_are_the_floor(cases: list[C
     floor = run_case(case, "floor", SOLVE)["absolute"]
     for given in (shapes, lambda prepared: shapes):
         np.testing.assert_equal(run_case(case, given, SOLVE)["absolute"], floor)
+
+
+def test_deformation_transfer_onto_the_same_face_finds_the_true_shapes(cases: list[Case]) -> None:
+    case = cases[0]
+    assert case.pairs.source is not None
+    deltas = case.pairs.source.of(case.actor.blendshapes.deltas)
+    points = replace(case.pairs, target=case.pairs.source)
+    every = np.ones(len(deltas), dtype=bool)
+    mirror = replace(case, character=case.actor, pairs=points)
+    assert shape_error(transferred_shapes(mirror), deltas / case.prepared.terms.centimetre, every) < 0.1
+
+
+def test_deformation_transfer_is_played_by_name_and_says_what_it_was_given(cases: list[Case]) -> None:
+    played = play(cases[0], DEFORMATION_TRANSFER, SOLVE)
+    assert played.given == "the actor's mesh"
+    assert compare(cases[0], played.clip, "absolute", played.shapes)["correlation"] > 0.7
 
 
 def test_a_method_by_name_and_as_an_object_give_the_same(cases: list[Case]) -> None:

@@ -56,7 +56,7 @@ def test_weights_come_back_and_the_clip_holds_those_of_the_correctives(method: s
 def test_a_solve_of_whole_clips_refuses_them_in_words() -> None:
     rig = corrected()
     take = capture(rig, acted(rig), points_on(rig))
-    with pytest.raises(InputError, match="has correctives.*use the method 'range-of-motion'"):
+    with pytest.raises(InputError, match=r"has correctives.*use the method 'range-of-motion'"):
         make_method("spacetime").fit(rig, take, pairs_of(points_on(rig)), head_moves=False)
 
 

@@ -14,10 +14,10 @@ from mien.core import InputError
 from mien.core.arrays import Floats
 from mien.retargeting import make_method
 from mien.retargeting.energy import FrameSolver, frame_solver
+from mien.retargeting.movement import MovementSolver
 from mien.retargeting.saved import packed, unpacked
 from mien.retargeting.settings import SolveSettings
 from mien.retargeting.spacetime import SpacetimeRetargeter
-from mien.retargeting.movement import MovementSolver
 from tests.retargeting.actors import capture, face, pairs_of, points_on, weights
 
 PLAIN = {"sparsity": 0.0, "damping": 0.0, "smooth": 0.0, "unseen": False, "off": ()}

@@ -13,21 +13,26 @@ import numpy as np
 
 from benchmarks.paper_figures.range_of_motion.performers import acted, cases, found_shapes, name_of, solved
 from benchmarks.paper_figures.rig_transfer.command import run
-from benchmarks.paper_figures.rig_transfer.drawing import sitter
+from benchmarks.paper_figures.rig_transfer.drawing import camera, sitter
 from benchmarks.paper_figures.rig_transfer.faces import Settings
 from benchmarks.report import Row, publish
-from mien.core import Clip
+from mien.core import Clip, Rig
 from mien.core.arrays import Floats, Ints
 from mien.evaluate import Case
 from mien.evaluate.metrics import shape_error
+from mien.look.portrait import Portrait
 from mien.look.sheet import Labelled, save_png, sheet
 from mien.look.sheet import Row as Strip
 from mien.retargeting.range_of_motion import RangeOfMotion
+from mien.vocabularies.anthropometry import same_landmarks
 
 BLENDS = (1.0, 10.0, 100.0, 1e4)
 """Factors on both terms."""
 SUBTLE = 0.15, 0.6
 """The strongest mouth shape of a subtle frame lies between these."""
+MOUTH = ("ibug_48", "ibug_51", "ibug_54", "ibug_57")
+AROUND = 2.0
+"""The picture reaches this many times as far from the middle of the mouth as its landmarks do."""
 
 
 def mouths(settings: Settings) -> None:
@@ -98,8 +103,15 @@ def _shapes(case: Case, found: Floats) -> Row:
     }
 
 
+def _closer(rig: Rig, size: int) -> Portrait:
+    """Frame the mouth alone."""
+    return sitter(
+        rig, size=size, at=camera(rig, names=[name for _, name in same_landmarks(MOUTH, rig.landmarks)], around=AROUND)
+    )
+
+
 def _strip(case: Case, clips: dict[str, Clip], frame: int, settings: Settings) -> Strip:
-    person, face = sitter(case.actor, size=settings.tile), sitter(case.character, size=settings.tile)
+    person, face = (_closer(rig, settings.tile) for rig in (case.actor, case.character))
     names = case.character.blendshapes.names
     pictures = [Labelled(person.picture(acted(case)[frame]), f"actor, frame {frame}")]
     pictures.append(Labelled(face.picture(case.truth_range.channels(names)[frame]), "right"))

@@ -23,16 +23,16 @@ from mien.io.files import written_whole
 from mien.look.plots import as_png, sparse_blendshapes
 
 SHOWN = 8
+PICTURED = ("adult", "toon", "cartoon")
 
 
 def shapes(settings: Settings) -> None:
-    """Measure the shapes of every case and picture the last two."""
+    """Measure the shapes of every case, and picture some."""
     rows: list[Row] = []
-    made = list(cases(settings))
-    for case in made:
+    for case in cases(settings):
         found = found_shapes(case)
         rows += [_measured(case, label, values) for label, values in found.items()]
-        if case in made[-2:] or name_of(case) == "toon":
+        if name_of(case) in PICTURED:
             _pictured(case, found, settings.out)
     about = "The actor's shapes as found, against the true ones (figure 17)"
     publish("range_of_motion_shapes", about, rows, ("numpy", "scipy", "mien"), settings.results)

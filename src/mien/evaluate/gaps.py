@@ -16,11 +16,8 @@ from mien.core import Rig
 from mien.core.arrays import Floats
 from mien.geometry.surface import unit
 from mien.io.documents import join
+from mien.vocabularies.openings import INNER_LIPS, LEFT_LIDS, RIGHT_LIDS
 
-RIGHT_LIDS = ((37, 41), (38, 40))
-LEFT_LIDS = ((43, 47), (44, 46))
-LIPS = ((61, 67), (62, 66), (63, 65))
-"""iBUG numbers of upper and lower landmarks that face each other."""
 NEARLY = 0.2
 """An eye is closed while its gap is within this share of the resting gap of the smallest in the take."""
 HALF = 0.5
@@ -77,7 +74,7 @@ def gaps(rig: Rig, weights: Floats, millimetre: float) -> Gaps | None:
         weights: `(F, K)`.
         millimetre: length of a millimetre in the rig's unit.
     """
-    rows = (*RIGHT_LIDS, *LEFT_LIDS, *LIPS)
+    rows = (*RIGHT_LIDS, *LEFT_LIDS, *INNER_LIPS)
     if not all(f"ibug_{n}" in rig.landmarks for row in rows for n in row):
         return None
     upper, lower = (join([rig.landmarks[f"ibug_{row[i]}"] for row in rows]) for i in (0, 1))

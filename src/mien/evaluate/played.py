@@ -12,6 +12,7 @@ import numpy as np
 from mien.core import Clip, Report
 from mien.core.arrays import Floats
 from mien.evaluate.cases import Case
+from mien.evaluate.deformation import transferred_shapes
 from mien.evaluate.given import given
 from mien.retargeting import make_method
 from mien.retargeting.method import Method
@@ -21,7 +22,10 @@ from mien.retargeting.shape_retargeter import ShapeRetargeter, shape_retargeter
 
 FLOOR = "floor"
 """The actor's true shapes, solved like any method's: what no better shapes could improve on."""
-TRUE_SHAPES = "the true shapes"
+DEFORMATION_TRANSFER = "deformation-transfer"
+"""The character's shapes moved onto the actor's mesh, which no method sees, solved like any method's."""
+REFERENCES = {FLOOR: "the true shapes", DEFORMATION_TRANSFER: "the actor's mesh"}
+"""What stands beside the methods, and what each is given."""
 LEAST, MOST, ENOUGH_S = 2, 5, 0.3
 """A take is mapped at least and at most so often, until so much time is spent, and the shortest time counts."""
 
@@ -58,7 +62,7 @@ def play(
 
     Args:
         case: the case.
-        method: a method's name, `floor`, a method with its parameters, or the actor's shapes
+        method: a method's name, one of `REFERENCES`, a method with its parameters, or the actor's shapes
             `(K, M, 3)` in human centimetres (or a function that makes them from the prepared case).
         settings: parameters of the method and of its solve, by name.
         truth: whose shapes the floor has, `absolute` or `range`.
@@ -89,8 +93,9 @@ def _ready(
 ) -> tuple[str, Any, Callable[[], Any]]:
     """Return what is given in words, the test take, and what then fits the method."""
     words = ""
-    if isinstance(method, str) and method == FLOOR:
-        words, method = TRUE_SHAPES, case.shapes(truth)
+    if isinstance(method, str) and method in REFERENCES:
+        words = REFERENCES[method]
+        method = case.shapes(truth) if method == FLOOR else transferred_shapes(case)
     elif isinstance(method, str):
         method = make_method(method, settings)
     if isinstance(method, np.ndarray) or callable(method):

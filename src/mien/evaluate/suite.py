@@ -13,7 +13,7 @@ from mien.core import Clip, InputError
 from mien.core.arrays import Floats
 from mien.evaluate.cases import Case
 from mien.evaluate.metrics import active_per_frame, shape_error
-from mien.evaluate.played import FLOOR, Shapes, play
+from mien.evaluate.played import FLOOR, REFERENCES, Shapes, play
 from mien.evaluate.yardstick import Figures
 from mien.retargeting import make_method, parameters
 from mien.retargeting.method import Method
@@ -45,8 +45,8 @@ def run_case(case: Case, method: str | Method | Shapes, settings: Mapping[str, A
 
     Args:
         case: the case.
-        method: a method's name, `floor`, `copy` (which is given the recorded weights), a
-            method with its parameters, or the actor's shapes `(K, M, 3)` in human
+        method: a method's name, `floor`, `deformation-transfer` (which is given the actor's mesh),
+            `copy` (which is given the recorded weights), a method with its parameters, or the actor's shapes `(K, M, 3)` in human
             centimetres (or a function that makes them from the prepared case).
         settings: parameters of the method and of its solve, by name.
 
@@ -156,7 +156,7 @@ def _mean(values: Sequence[float | None]) -> float:
 
 def _applicable(method: str | Method, settings: Mapping[str, Any]) -> dict[str, Any]:
     """Return those settings that a method has."""
-    if method == FLOOR:
+    if isinstance(method, str) and method in REFERENCES:
         known = {f.name for f in fields(SolveSettings)}
     elif isinstance(method, str):
         made = make_method(method)

@@ -17,7 +17,7 @@ from mien.evaluate.cases import Case
 from mien.evaluate.collection import FULL, Recipe, made
 from mien.evaluate.conditions import Conditions
 from mien.evaluate.embedded import SENTENCE, LibraryRecipe, library_case
-from mien.evaluate.played import FLOOR
+from mien.evaluate.played import REFERENCES
 from mien.retargeting import METHODS
 from mien.retargeting.method import Method
 
@@ -34,7 +34,7 @@ class Entrant:
 
     Attributes:
         name: what it is called in the table.
-        method: a key of `METHODS`, `floor`, or a method made elsewhere.
+        method: a key of `METHODS`, one of `REFERENCES`, or a method made elsewhere.
         settings: parameters by name.
     """
 
@@ -157,12 +157,12 @@ VARIANTS: Mapping[str, tuple[str, Mapping[str, Any]]] = {"paper": ("range-of-mot
 
 
 def entrants(wanted: Sequence[str] = ()) -> tuple[Entrant, ...]:
-    """Return the methods that take part: the floor, every method, and the variants; or only those named.
+    """Return the methods that take part: the references, every method, and the variants; or only those named.
 
     Raises:
         InputError: an unknown name.
     """
-    every = {name: Entrant(name, name) for name in (FLOOR, *METHODS)}
+    every = {name: Entrant(name, name) for name in (*REFERENCES, *METHODS)}
     every |= {name: Entrant(name, method, settings) for name, (method, settings) in VARIANTS.items()}
     for name in wanted:
         if name not in every:

@@ -6,8 +6,8 @@ from dataclasses import dataclass, fields
 from functools import cached_property
 
 from mien.core.arrays import Floats
-from mien.retargeting.shape_retargeter import ShapeRetargeter, State
 from mien.retargeting.movement import MovementSolver
+from mien.retargeting.shape_retargeter import ShapeRetargeter, State
 
 
 @dataclass(frozen=True, eq=False)
