@@ -2,6 +2,7 @@
 
     python -m benchmarks.speed.rig_transfer
     python -m benchmarks.speed.rig_transfer --quick
+    python -m benchmarks.speed.rig_transfer --most 50000 --methods warp-and-stick    # minutes less
     MIEN_DATA=/path/to/data python -m benchmarks.speed.rig_transfer    # with ICT's 26,719 vertices too
 
 One thread, in seconds of the processor, so that a busy machine favours nobody; compilation happens
@@ -36,7 +37,7 @@ from mien.library.heads import HEADS
 from mien.rigging.dense import lay
 from mien.rigging.landmarks import paired_landmarks
 from mien.rigging.structure import Structure
-from mien.rigging.transfer import transfer_rig
+from mien.rigging.transfer import METHODS, transfer_rig
 
 SIZES = (1_000, 3_125, 12_500, 50_000, 200_000)
 SMALL = 1_500
@@ -198,18 +199,22 @@ def main() -> None:
     parser.add_argument("--data", type=Path, default=Path(os.environ.get("MIEN_DATA", ROOT.parent / "shared" / "data")))
     parser.add_argument("--repeats", type=int, default=3)
     parser.add_argument("--quick", action="store_true", help="without the large meshes")
+    parser.add_argument("--most", type=int, default=max(SIZES), help="vertices of the largest mesh of the cost curve")
+    parser.add_argument("--methods", nargs="*", choices=METHODS, default=list(METHODS), help="for ICT's head")
     parser.add_argument("--out", type=Path, default=RESULTS, help="folder of the table")
     args = parser.parse_args()
     with threadpool_limits(1):
         rows = small(args.repeats) + dense_warp(args.repeats)
-        points = [_apart(curve, size) for size in (SIZES[:2] if args.quick else SIZES)]
+        sizes = [size for size in (SIZES[:2] if args.quick else SIZES) if size <= args.most]
+        points = [_apart(curve, size) for size in sizes]
         points[-1] |= {"exponent": exponent(points)}
         if len(points) > 3:
             points[-1] |= {"of the last three": exponent(points[-3:])}
         rows += points
         if (args.data / "rigs").is_dir() and not args.quick:
-            rows += [_apart(large, args.data, method) for method in ("warp-and-stick", "deformation-transfer", "rbf")]
-            rows += peer_transfer(args.data)
+            rows += [_apart(large, args.data, method) for method in args.methods]
+            if "deformation-transfer" in args.methods:
+                rows += peer_transfer(args.data)
     about = "Rig transfer, one thread, seconds of the processor; peak memory of the whole process"
     publish("speed_rig_transfer", about, rows, ["numpy", "scipy", "libigl"], args.out)
 

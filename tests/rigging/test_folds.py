@@ -8,10 +8,11 @@ import pytest
 from mien.core import Mesh, SurfacePoints
 from mien.core.arrays import Floats, Ints
 from mien.geometry.surface import closest_points
-from mien.rigging.warp_and_stick.folds import folded, smooth_out
+from mien.rigging.warp_and_stick.folds import LEASH, folded, smooth_out
 from mien.rigging.warp_and_stick.sheet import Sheet
 
-NOBODY = np.empty((0, 2), np.int64)
+NOBODY, NONE = np.empty((0, 2), np.int64), np.empty(0, np.int64)
+RADIUS = 3.0
 
 
 def grid(n: int, height: float = 0.2) -> Mesh:
@@ -43,14 +44,14 @@ def folds(film: Mesh, ground: Mesh, points: SurfacePoints) -> int:
 def test_a_crumpled_film_is_smoothed_on_coarse_and_fine_ground(fineness: int, rng: np.random.Generator) -> None:
     film, ground = grid(21), grid(fineness)
     points = crumpled(film, ground, rng)
-    repaired = smooth_out(sheet(film), NOBODY, sheet(ground), points, np.empty(0, np.int64))
+    repaired = smooth_out(sheet(film), NOBODY, sheet(ground), points, NONE, RADIUS)
     assert folds(film, ground, points) > 50
     assert folds(film, ground, repaired) == 0
 
 
 def test_what_is_repaired_stays_on_the_ground(rng: np.random.Generator) -> None:
     film, ground = grid(21), grid(13)
-    repaired = smooth_out(sheet(film), NOBODY, sheet(ground), crumpled(film, ground, rng), np.empty(0, np.int64))
+    repaired = smooth_out(sheet(film), NOBODY, sheet(ground), crumpled(film, ground, rng), NONE, RADIUS)
     away = closest_points(ground.vertices, ground.triangles, repaired.of(ground.vertices))[1]
     assert away.max() < 1e-12
     assert repaired.weights.min() >= 0
@@ -60,7 +61,7 @@ def test_landmarks_and_what_lies_well_are_not_moved(rng: np.random.Generator) ->
     film, ground = grid(21), grid(21)
     points = crumpled(film, ground, rng)
     held = np.arange(0, len(film.vertices), 17)
-    repaired = smooth_out(sheet(film), NOBODY, sheet(ground), points, held)
+    repaired = smooth_out(sheet(film), NOBODY, sheet(ground), points, held, RADIUS)
     border = (np.abs(film.vertices[:, :2]) > 0.99).any(axis=1)
     for rows in (held, np.flatnonzero(border)):
         np.testing.assert_array_equal(repaired.of(ground.vertices)[rows], points.of(ground.vertices)[rows])
@@ -80,14 +81,24 @@ def test_vertices_of_one_point_move_together(rng: np.random.Generator) -> None:
     both = np.concatenate([np.arange(len(film.vertices)), seam])
     points = SurfacePoints(whole.corners[both], whole.weights[both])
     twins = np.stack([seam, number[seam]], axis=1)
-    repaired = smooth_out(sheet(split, twins), twins, sheet(ground), points, np.empty(0, np.int64))
+    repaired = smooth_out(sheet(split, twins), twins, sheet(ground), points, NONE, RADIUS)
     places: Floats = repaired.of(ground.vertices)
     np.testing.assert_array_equal(places[seam], places[number[seam]])
     assert folds(split, ground, repaired) == 0
 
 
+def test_no_point_slides_farther_than_its_leash(rng: np.random.Generator) -> None:
+    film, ground = grid(21), grid(21)
+    points, radius = crumpled(film, ground, rng), 0.8
+    slid = [
+        np.linalg.norm((repaired.of(ground.vertices) - points.of(ground.vertices)), axis=1).max()
+        for repaired in (smooth_out(sheet(film), NOBODY, sheet(ground), points, NONE, r) for r in (radius, RADIUS))
+    ]
+    assert slid[0] <= LEASH * radius < slid[1]
+
+
 def test_without_folds_nothing_changes() -> None:
     film = grid(11)
     points = SurfacePoints.at_vertices(np.arange(len(film.vertices)))
-    repaired = smooth_out(sheet(film), NOBODY, sheet(film), points, np.empty(0, np.int64))
+    repaired = smooth_out(sheet(film), NOBODY, sheet(film), points, NONE, RADIUS)
     np.testing.assert_array_equal(repaired.of(film.vertices), film.vertices)

@@ -10,10 +10,12 @@ import pytest
 from mien.core import InputError, Mesh, Rig, SurfacePoints
 from mien.core.arrays import Floats, Ints
 from mien.core.rig import no_blendshapes
+from mien.core.units import face_radius
 from mien.geometry.templates import template_shapes
 from mien.library.generic import generic_rig
 from mien.library.heads import tortoise_head
 from mien.rigging.transfer import Transfer, transfer_rig
+from mien.rigging.warp_and_stick.folds import LEASH
 from tests.rigging.moved import without
 
 FEW = ("jawOpen", "eyeBlinkLeft", "mouthSmileLeft")
@@ -85,12 +87,24 @@ def test_loose_parts_ride_along(face: Rig, plain: Transfer) -> None:
     assert np.isfinite(shapes(moved)).all()
 
 
+@pytest.mark.parametrize("scale", [1024.0, 1 / 1024])
+def test_a_size_that_rounds_nothing_changes_nothing_but_the_size(face: Rig, plain: Transfer, scale: float) -> None:
+    moved = transfer_rig(generic_rig(), made_of(face, scale * face.neutral.vertices, face.neutral.triangles))
+    assert np.abs(moved.fit.stuck / scale - plain.fit.stuck).max() < 1e-12
+    assert typical(moved, plain, scale) < 1e-12
+    assert {**moved.figures, "seconds": 0} == pytest.approx({**plain.figures, "seconds": 0}, abs=1e-3)
+
+
 @pytest.mark.parametrize("scale", [1000.0, 0.001])
 def test_other_units_change_nothing_but_the_size(face: Rig, plain: Transfer, scale: float) -> None:
+    # rounding decides ties: from which neighbour a few points are laid, and in which of several ways a fold is undone
     moved = transfer_rig(generic_rig(), made_of(face, scale * face.neutral.vertices, face.neutral.triangles))
     assert typical(moved, plain, scale) < 1e-6
-    for key in ("landmarks", "stuck_rms_mm", "structure_rms_mm"):
-        assert moved.figures[key] == pytest.approx(plain.figures[key], abs=2e-3)
+    away = np.linalg.norm(moved.fit.stuck / scale - plain.fit.stuck, axis=1)[plain.fit.paired]
+    assert np.median(away) < 1e-12
+    assert np.quantile(away, 0.99) < 2 * LEASH * face_radius(plain.fit.warp(plain.fit.warp.centres))
+    assert moved.figures["landmarks"] == plain.figures["landmarks"]
+    assert moved.figures["structure_rms_mm"] == pytest.approx(plain.figures["structure_rms_mm"], rel=0.25)
 
 
 def test_a_face_turned_inside_out_is_noted_and_acts_the_same(face: Rig, plain: Transfer) -> None:

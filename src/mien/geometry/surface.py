@@ -124,13 +124,15 @@ def exposed(mesh: Mesh, points: Floats, normals: Floats, ahead: Floats | None = 
     if ahead is not None:
         around = around[around @ ahead > GRAZING * np.linalg.norm(ahead)]
     lift = 1e-4 * float(np.ptp(mesh.vertices, axis=0).max())
-    origins, rays = (points + lift * normals).astype(np.float32), around.astype(np.float32)
+    origins, rays = (points + lift * normals).astype(np.float32), list(around.astype(np.float32))
     facing = normals @ around.T
-    order = np.argsort(-facing, axis=1, kind="stable")
-    found = np.zeros(len(points), np.bool_)
+    order, counts = np.argsort(-facing, axis=1, kind="stable"), (facing > GRAZING).sum(axis=1)
+    found, first_hit = np.zeros(len(points), np.bool_), scene.intersectRay_first
     for i, origin in enumerate(origins):
-        towards = order[i, : int((facing[i] > GRAZING).sum())]
-        found[i] = any(scene.intersectRay_first(origin, rays[j])[0] < 0 for j in towards)
+        for j in order[i, : counts[i]].tolist():
+            if first_hit(origin, rays[j])[0] < 0:
+                found[i] = True
+                break
     return found
 
 

@@ -83,7 +83,7 @@ def fit_thin_plate(sources: Floats, targets: Floats, smoothing: float = 0.0) -> 
         # |x - p| is conditionally negative definite: its negative is definite off the affine maps.
         # More threads than free cores make this many times slower, and one is fast.
         with threadpool_limits(1, "blas"):
-            definite = np.asfortranarray(-turned[4:, 4:])
+            definite = (-turned[4:, 4:]).T  # symmetric, and laid out as LAPACK wants it
             bend[4:] = -cho_solve(cho_factor(definite, lower=True, overwrite_a=True, check_finite=False), goals[4:])
     left_over = goals[:4] - turned[:4, 4:] @ bend[4:]
     scaled = np.linalg.solve(reflect.corner, left_over)

@@ -132,7 +132,8 @@ def lay(
     before = int(folded(warped, points.of(target.vertices), film.triangles).sum())
     after = before
     if repair and before:
-        points = smooth_out(film, from_side.twins, to_side.sheet, points, anchors.vertices[anchors.exact])
+        exact = anchors.vertices[anchors.exact]
+        points = smooth_out(film, from_side.twins, to_side.sheet, points, exact, to_side.radius)
         after = int(folded(warped, points.of(target.vertices), film.triangles).sum())
     positions = np.where(from_side.skin[:, None], points.of(target.vertices), warped)
     paired = from_side.skin & ~stuck.adrift

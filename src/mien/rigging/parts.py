@@ -93,8 +93,10 @@ def attachments(fit: DenseFit) -> tuple[Attachment, ...]:
     found = []
     for row, part in enumerate(parts):
         group = shares.counterparts(row)
-        if not group and np.median(to_skin.query(target[part])[0]) > close:
-            group = shares.tightest_around(row)
+        if not group and (off := float(np.median(to_skin.query(target[part])[0]))) > close:
+            around = shares.tightest_around(row)
+            # lashes lie within the box of an eyeball too, but nearer to the lid
+            group = [g for g in around if np.median(cKDTree(warped[sources[g]]).query(target[part])[0]) < off]
         if group:
             followed = np.concatenate([sources[g] for g in group])
             weights = _nearest(_fitted(warped[followed], target[part]), target[part], followed, len(warped))

@@ -144,32 +144,55 @@ def _directions(columns: Ints, rows: Ints) -> Floats:
     return np.stack([np.cos(rise) * np.sin(turn), np.sin(rise), np.cos(rise) * np.cos(turn)], axis=1)
 
 
-@njit(cache=True)
 def _cast(points: Floats, triangles: Ints, nearest: float, farthest: float) -> tuple[Floats, Ints]:
     """Return how far the outermost of some triangles is in each direction from the origin, and which one it is."""
-    size = 2 * HALF + 1
-    distance = np.full((size, size), -np.inf)
-    found = np.full((size, size), -1)
+    flat = np.hypot(points[:, 0], points[:, 2])
+    turn, rise = np.arctan2(points[:, 0], points[:, 2]), np.arctan2(points[:, 1], flat)
+    places = np.stack([turn, rise], axis=1) / STEP + HALF
+    steps = (np.arange(2 * HALF + 1) - HALF) * STEP
+    reach = np.linalg.norm(points, axis=1)
+    return _outermost(points, triangles, places, reach, np.sin(steps), np.cos(steps), nearest, farthest)
+
+
+@njit(cache=True, nogil=True)
+def _outermost(
+    points: Floats,
+    triangles: Ints,
+    places: Floats,
+    reach: Floats,
+    sine: Floats,
+    cosine: Floats,
+    nearest: float,
+    farthest: float,
+) -> tuple[Floats, Ints]:
+    """Meet triangles with the directions around their corners, whose column and row is in `places` `(N, 2)`."""
+    last = len(sine) - 1
+    distance = np.full((last + 1, last + 1), -np.inf)
+    found = np.full((last + 1, last + 1), -1)
     for number in range(len(triangles)):
-        corners = points[triangles[number]]
-        length = np.sqrt((corners * corners).sum(axis=1))
-        turn = np.arctan2(corners[:, 0], corners[:, 2]) / STEP + HALF
-        rise = np.arctan2(corners[:, 1], np.hypot(corners[:, 0], corners[:, 2])) / STEP + HALF
-        if length.max() < nearest or length.min() > farthest or np.ptp(turn) > HALF:
+        i, j, k = triangles[number]
+        if max(reach[i], reach[j], reach[k]) < nearest or min(reach[i], reach[j], reach[k]) > farthest:
             continue
-        first, second = corners[1] - corners[0], corners[2] - corners[0]
-        base = np.cross(-corners[0], first)
-        for column in range(max(int(turn.min()) - 1, 0), min(int(turn.max()) + 2, size - 1) + 1):
-            for row in range(max(int(rise.min()) - 1, 0), min(int(rise.max()) + 2, size - 1) + 1):
-                a, b = (column - HALF) * STEP, (row - HALF) * STEP
-                aim = np.array([np.cos(b) * np.sin(a), np.sin(b), np.cos(b) * np.cos(a)])
-                side = np.cross(aim, second)
-                volume = (first * side).sum()
-                if abs(volume) < 1e-300:
+        left, right = min(places[i, 0], places[j, 0], places[k, 0]), max(places[i, 0], places[j, 0], places[k, 0])
+        low, high = min(places[i, 1], places[j, 1], places[k, 1]), max(places[i, 1], places[j, 1], places[k, 1])
+        if right - left > HALF:  # around the back of the head
+            continue
+        a, b, c = points[i], points[j], points[k]
+        # a direction's share of a corner is its volume with the other two
+        nax, nay, naz = b[1] * c[2] - b[2] * c[1], b[2] * c[0] - b[0] * c[2], b[0] * c[1] - b[1] * c[0]
+        nbx, nby, nbz = c[1] * a[2] - c[2] * a[1], c[2] * a[0] - c[0] * a[2], c[0] * a[1] - c[1] * a[0]
+        ncx, ncy, ncz = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+        volume = a[0] * nax + a[1] * nay + a[2] * naz
+        for column in range(max(int(left) - 1, 0), min(int(right) + 2, last) + 1):
+            for row in range(max(int(low) - 1, 0), min(int(high) + 2, last) + 1):
+                x, y, z = cosine[row] * sine[column], sine[row], cosine[row] * cosine[column]
+                u, v = x * nax + y * nay + z * naz, x * nbx + y * nby + z * nbz
+                w = x * ncx + y * ncy + z * ncz
+                total = u + v + w
+                if abs(total) < 1e-300:
                     continue
-                u, v = -(corners[0] * side).sum() / volume, (aim * base).sum() / volume
-                far = (second * base).sum() / volume
-                inside = u >= -1e-9 and v >= -1e-9 and u + v <= 1 + 1e-9
+                far = volume / total
+                inside = min(u / total, v / total, w / total) >= -1e-9
                 if inside and nearest < far < farthest and far > distance[column, row]:
                     distance[column, row] = far
                     found[column, row] = number

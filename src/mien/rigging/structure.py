@@ -12,6 +12,7 @@ fibre must not be.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -101,18 +102,29 @@ class Structure:
         shares = weights[self.vertices]
         if np.count_nonzero(shares) < 4:
             return self._similarity(np.ones(len(shares)))[1]
-        total = shares / shares.sum()
-        a, b = (points - total @ points for points in (self.sources, self.targets))
-        return float(np.sqrt((total @ (b**2).sum(axis=1)) / (total @ (a**2).sum(axis=1))))
+        _, before, after = self._spread(shares)
+        return float(np.sqrt(after / before))
 
     def _similarity(self, weights: Floats) -> tuple[Floats, float]:
         """Return rotation and scale of the similarity that fits the pairs best."""
-        weights = weights / weights.sum()
-        a, b = (points - weights @ points for points in (self.sources, self.targets))
-        left, stretch, right = np.linalg.svd((b * weights[:, None]).T @ a)
+        together, power, _ = self._spread(weights)
+        left, stretch, right = np.linalg.svd(together)
         mirror = np.array([1.0, 1.0, np.sign(np.linalg.det(left @ right))])
-        power = weights @ (a**2).sum(axis=1)
         return np.asarray(left * mirror @ right), float(stretch @ mirror / power)
+
+    def _spread(self, weights: Floats) -> tuple[Floats, float, float]:
+        """Return how the pairs vary together `(3, 3)`, the targets in rows, and the sources and the targets alone."""
+        mean = weights @ self._moments / weights.sum()
+        source, target = mean[:3], mean[3:6]
+        together = mean[8:].reshape(3, 3) - np.outer(target, source)
+        return together, float(mean[6] - source @ source), float(mean[7] - target @ target)
+
+    @cached_property
+    def _moments(self) -> Floats:
+        """First and second moments of every pair `(P, 17)` about the middle of them all."""
+        a, b = (points - points.mean(axis=0) for points in (self.sources, self.targets))
+        squares = [(points**2).sum(axis=1)[:, None] for points in (a, b)]
+        return np.hstack([a, b, *squares, (b[:, :, None] * a[:, None, :]).reshape(-1, 9)])
 
 
 def _some(points: Floats, count: int) -> Ints:

@@ -18,6 +18,8 @@ from mien.rigging.warp_and_stick.sheet import Sheet
 from mien.rigging.warp_and_stick.stick import plain
 from mien.rigging.warp_and_stick.unfold import Fans, Places, containing, unfold
 
+LEASH = 0.15
+"""No point slides farther than this share of the face's radius: a fold is better than a point on another feature."""
 STAGES = ((1, 0.05), (2, 0.2), (3, 0.4), (2, 0.1), (4, 0.3), (3, 0.1))
 """How many rings around the folds may move, and the share of its area every triangle there is to keep, in turn."""
 
@@ -28,7 +30,9 @@ def folded(before: Floats, after: Floats, triangles: Ints) -> Flags:
     return np.asarray(turned < 0)
 
 
-def smooth_out(film: Sheet, twins: Ints, ground: Sheet, points: SurfacePoints, held: Ints) -> SurfacePoints:
+def smooth_out(
+    film: Sheet, twins: Ints, ground: Sheet, points: SurfacePoints, held: Ints, radius: float
+) -> SurfacePoints:
     """Turn back the folds of a stuck sheet.
 
     Args:
@@ -37,6 +41,7 @@ def smooth_out(film: Sheet, twins: Ints, ground: Sheet, points: SurfacePoints, h
         ground: the sheet it lies on.
         points: `(N,)` where its vertices are on it.
         held: vertices that stay: landmarks.
+        radius: the size of the ground's face [m].
 
     Returns:
         The same, with no more folds than before.
@@ -46,7 +51,7 @@ def smooth_out(film: Sheet, twins: Ints, ground: Sheet, points: SurfacePoints, h
     rock = plain(ground)
     at = points.take(first)
     position = np.ascontiguousarray(at.of(ground.vertices))
-    places = Places(containing(at.corners, at.weights, rock), np.zeros((len(first), 3)), position.copy())
+    places = Places(containing(at.corners, at.weights, rock), np.zeros((len(first), 3)), position.copy(), position)
     held_points = point[held]
     best, folds = points, folded(film.vertices, points.of(ground.vertices), film.triangles)
     fewest = int(folds.sum())
@@ -55,7 +60,7 @@ def smooth_out(film: Sheet, twins: Ints, ground: Sheet, points: SurfacePoints, h
             break
         free = _around(fans.triangle_points, folds, rings, len(first))
         free[held_points] = False
-        unfold(fans, rock, places, free, wanted)
+        unfold(fans, rock, places, free, wanted, LEASH * radius)
         moved = (places.position != position).any(axis=1)[point][:, None]
         corners = np.where(moved, ground.triangles[places.triangle[point]], points.corners)
         trial = SurfacePoints(corners, np.where(moved, places.weights[point], points.weights))

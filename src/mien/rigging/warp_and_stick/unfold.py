@@ -47,15 +47,16 @@ class Fans(NamedTuple):
 
 
 class Places(NamedTuple):
-    """Where the points are on the ground: triangle, weights, position."""
+    """Where the points are on the ground: triangle, weights, position; and where they were laid."""
 
     triangle: Ints
     weights: Floats
     position: Floats
+    laid: Floats
 
 
 @njit(cache=True, nogil=True)
-def unfold(fans: Fans, ground: Ground, places: Places, free: Flags, wanted: float) -> None:
+def unfold(fans: Fans, ground: Ground, places: Places, free: Flags, wanted: float, leash: float) -> None:
     """Move free points of the film until the triangles around them have the wanted share, or no step helps.
 
     Args:
@@ -64,13 +65,14 @@ def unfold(fans: Fans, ground: Ground, places: Places, free: Flags, wanted: floa
         places: where its points are; changed in place.
         free: `(P,)` which points may move.
         wanted: the share below which a triangle counts as lacking.
+        leash: no point goes farther than this from where it was laid [m].
     """
     steps = np.ones(len(free))
     for _ in range(SWEEPS):
         moved = False
         for p in range(len(free)):
             if free[p] and steps[p] >= SHORTEST and _lack(p, fans, places.position, places.position[p], wanted) > 0:
-                if _try_around(p, fans, ground, places, steps[p], wanted):
+                if _try_around(p, fans, ground, places, steps[p], wanted, leash):
                     moved = True
                 else:
                     steps[p] *= 0.5
@@ -101,7 +103,7 @@ def _lack(p: int, fans: Fans, position: Floats, place: Floats, wanted: float) ->
 
 
 @njit(cache=True, nogil=True)
-def _try_around(p: int, fans: Fans, ground: Ground, places: Places, step: float, wanted: float) -> bool:
+def _try_around(p: int, fans: Fans, ground: Ground, places: Places, step: float, wanted: float, leash: float) -> bool:
     """Move a point to the best of some places around it, if one is better than its own."""
     here, middle, edge, count = places.position[p].copy(), np.zeros(3), 0.0, 0
     for k in range(fans.starts[p], fans.starts[p + 1]):
@@ -134,6 +136,8 @@ def _try_around(p: int, fans: Fans, ground: Ground, places: Places, step: float,
             continue
         weights[0], weights[1], weights[2] = u, v, w
         place = point_at(ground.vertices, ground.triangles[t], weights)
+        if distance(place, places.laid[p]) > leash:
+            continue
         value = _lack(p, fans, places.position, place, wanted) + uneven * distance(place, middle) ** 2
         if value < best:
             best, found = value, True
@@ -151,15 +155,16 @@ def _slid(goal: Floats, start: int, ground: Ground) -> tuple[int, float, float, 
     best, corners = start, ground.triangles
     u, v, w, away = nearest(goal, ground.vertices, corners[start, 0], corners[start, 1], corners[start, 2])
     better = True
-    while better:
+    while better and min(u, v, w) <= 0:  # what is closest within a triangle has no closer neighbour
         better, around = False, best
-        for i in range(3):
-            c = corners[around, i]
-            for k in range(ground.fan_starts[c], ground.fan_starts[c + 1]):
-                t = ground.fans[k]
-                u2, v2, w2, off = nearest(goal, ground.vertices, corners[t, 0], corners[t, 1], corners[t, 2])
-                if off < away * (1 - 1e-9):
-                    best, u, v, w, away, better = t, u2, v2, w2, off, True
+        c = corners[around, 0] if u >= max(v, w) else corners[around, 1] if v >= w else corners[around, 2]
+        for k in range(ground.fan_starts[c], ground.fan_starts[c + 1]):
+            t = ground.fans[k]
+            if t == around:
+                continue
+            u2, v2, w2, off = nearest(goal, ground.vertices, corners[t, 0], corners[t, 1], corners[t, 2])
+            if off < away * (1 - 1e-9):
+                best, u, v, w, away, better = t, u2, v2, w2, off, True
     return best, u, v, w
 
 
