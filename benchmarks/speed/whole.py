@@ -52,7 +52,7 @@ def finer(rig: Rig) -> Rig:
     cut = np.concatenate([np.stack(t, axis=1) for t in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))])
     vertices = np.concatenate([rig.neutral.vertices, rig.neutral.vertices[distinct].mean(axis=1)])
     deltas = np.concatenate([rig.blendshapes.deltas, rig.blendshapes.deltas[:, distinct].mean(axis=2)], axis=1)
-    return replace(rig, neutral=Mesh(vertices, cut), blendshapes=Blendshapes(rig.blendshapes.names, deltas))
+    return replace(rig, neutral=Mesh(vertices, cut), blendshapes=Blendshapes(rig.blendshapes.names, deltas), colours={})
 
 
 def measure(command: list[str], repeats: int) -> Row:
@@ -85,7 +85,7 @@ def main() -> None:
             trc.write_markers(take, long_take())
         rig = finer(character())
         gltf.write_rig(hero, rig)
-        write_landmarks(hero.with_suffix(".landmarks.json"), rig)
+        write_landmarks(hero.with_suffix(".landmarks.json"), rig.landmarks, rig.neutral)
         heroes = {f"built-in, {len(rig.neutral.vertices):,} vertices": hero}
         real = Path(os.environ.get("MIEN_DATA", "../shared/data")) / "rigs" / "ict_head.glb"
         if real.is_file():
