@@ -196,3 +196,19 @@ def test_shapes_that_exclude_each_other_are_refused_in_words() -> None:
         make_method("spacetime", {"contact": "1"})
     with pytest.raises(InputError, match="velocity"):
         make_method("spacetime", {"velocity": "-1"})
+
+
+def test_a_long_take_solved_in_spans_is_the_take_solved_at_once(
+    rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    frame = solver(rng, smooth=0.01, bounds=(0.0, 1.0))
+    times = np.linspace(0, 20, 400)[:, None]
+    curves = np.clip(np.sin(times + np.arange(len(frame.shapes))), 0, 1)
+    take = np.tensordot(curves, frame.shapes, axes=1) + rng.normal(0, 0.05, (400, *frame.shapes.shape[1:]))
+    take[130:150] = np.nan
+    at_once, _ = MovementSolver(frame, 0.0).clip(take, FPS)
+    monkeypatch.setattr("mien.retargeting.movement.SPAN", 90)
+    monkeypatch.setattr("mien.retargeting.movement.SHARED", 30)
+    in_spans, residual = MovementSolver(frame, 0.0).clip(take, FPS)
+    assert residual <= 1e-8
+    assert 0 < np.abs(in_spans - at_once).max() < 1e-3

@@ -29,11 +29,11 @@ from mien.look.portrait import Portrait, frame_clip
 from mien.look.sheet import Labelled, save_png, sheet
 from mien.look.sheet import Row as Strip
 from mien.retargeting.layers import LayeredRetargeter, split_clip, split_rig
+from mien.vocabularies.openings import INNER_LIPS
 
 FRAMES = (0, 33, 42, 55, 80, 98, 135, 175, 215, 260, 300)
 """At rest, w-o-w, blink, I, idea, you, that, a smile that blinks."""
 FILM_FPS = 30.0
-INNER_LIPS = (("ibug_61", "ibug_67"), ("ibug_62", "ibug_66"), ("ibug_63", "ibug_65"))
 
 
 def actings(script: Clip) -> dict[str, tuple[Rig, Clip]]:
@@ -174,7 +174,7 @@ def _open(rig: Rig, vertices: Floats) -> float:
     if "sea" in groups:
         mouths = [(ids, groups[name.replace("upper", "lower")]) for name, ids in groups.items() if "upper_lip_" in name]
         return float(1000 * np.mean([cKDTree(vertices[low]).query(vertices[up])[0].mean() for up, low in mouths]))
-    pairs = [(rig.landmarks[a].of(vertices)[0], rig.landmarks[b].of(vertices)[0]) for a, b in INNER_LIPS]
+    pairs = [[rig.landmarks[f"ibug_{n}"].of(vertices)[0] for n in facing] for facing in INNER_LIPS]
     return float(1000 * np.mean([np.linalg.norm(a - b) for a, b in pairs]))
 
 

@@ -54,6 +54,7 @@ class _Shelf:
         self._rows = rows
 
     def anatomy(self, anatomy: Anatomy) -> dict[str, Any]:
+        """Return an anatomy as JSON, its arrays packed."""
         return {
             "muscles": [self._muscle(muscle) for muscle in anatomy.muscles],
             "clusters": [self._cluster(cluster) for cluster in anatomy.clusters],

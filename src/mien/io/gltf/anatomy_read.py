@@ -83,6 +83,7 @@ class _Shelf:
         self._left = MOST_NUMBERS
 
     def anatomy(self, said: Fields) -> Anatomy:
+        """Read an anatomy from its JSON."""
         return Anatomy(
             tuple(self._muscle(muscle) for muscle in said.each("muscles")),
             tuple(self._cluster(cluster) for cluster in said.each("clusters")),

@@ -24,8 +24,10 @@ class Ways(NamedTuple):
 
 
 @njit(cache=True, nogil=True)
-def walk(ways: Ways, limit: float, along: Floats, touched: Ints, count: int) -> int:
-    """Extend the distances of the first `count` touched vertices over the skin, up to a limit.
+def arrives(
+    ways: Ways, limit: float, along: Floats, touched: Ints, count: int, goals: Ints, beyond: Floats
+) -> tuple[bool, int]:
+    """Extend the distances of the first `count` touched vertices over the skin, but stop as soon as a goal is in reach.
 
     Args:
         ways: the edges.
@@ -33,37 +35,6 @@ def walk(ways: Ways, limit: float, along: Floats, touched: Ints, count: int) -> 
         along: `(N,)` distances, infinite where not yet known; changed in place.
         touched: `(N,)` the vertices whose distance is known, in its first rows; changed in place.
         count: how many those are.
-
-    Returns:
-        How many vertices are known now.
-    """
-    queue = [(0.0, -1)]
-    heappop(queue)
-    for k in range(count):
-        heappush(queue, (along[touched[k]], touched[k]))
-    while len(queue) > 0:
-        way, v = heappop(queue)
-        if way > along[v]:
-            continue
-        for e in range(ways.starts[v], ways.starts[v + 1]):
-            w, further = ways.ends[e], way + ways.lengths[e]
-            if further < along[w] and further <= limit:
-                if along[w] == np.inf:
-                    touched[count] = w
-                    count += 1
-                along[w] = further
-                heappush(queue, (further, w))
-    return count
-
-
-@njit(cache=True, nogil=True)
-def arrives(
-    ways: Ways, limit: float, along: Floats, touched: Ints, count: int, goals: Ints, beyond: Floats
-) -> tuple[bool, int]:
-    """Extend distances as `walk` does, but stop as soon as a goal is within the limit.
-
-    Args:
-        ways, limit, along, touched, count: as for `walk`.
         goals: `(G,)` vertices.
         beyond: `(G,)` how much farther than each of them the way still goes.
 
@@ -90,6 +61,16 @@ def arrives(
                 along[w] = further
                 heappush(queue, (further, w))
     return False, count
+
+
+@njit(cache=True, nogil=True)
+def walk(ways: Ways, limit: float, along: Floats, touched: Ints, count: int) -> int:
+    """Extend the distances of touched vertices as `arrives` does, with no goal to stop at.
+
+    Returns:
+        How many vertices are known now.
+    """
+    return arrives(ways, limit, along, touched, count, np.empty(0, np.int64), np.empty(0))[1]
 
 
 @njit(cache=True, nogil=True)
