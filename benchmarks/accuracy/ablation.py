@@ -117,7 +117,7 @@ def by_method(**settings: Any) -> Shapes:
 
     def shapes(case: Case) -> Floats:
         method: Any = make_method("range-of-motion", settings)
-        return np.asarray(method.align(case.prepared, case.character.blendshapes.names).personal)
+        return np.asarray(method.align(case.prepared, case.character).personal)
 
     return shapes
 

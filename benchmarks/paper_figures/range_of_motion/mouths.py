@@ -62,12 +62,12 @@ def subtle(case: Case) -> Ints:
 
 def _results(case: Case) -> dict[str, Floats]:
     """Return the published shapes with the weights of both terms times each factor, and the others."""
-    names, found = case.character.blendshapes.names, found_shapes(case)
+    found = found_shapes(case)
     blends = {
         f"aligned x {factor:g}": RangeOfMotion(shapes="alignment", mesh=0.01 * factor, cross=0.1 * factor)
         for factor in BLENDS
     }
-    aligned = {label: method.align(case.prepared, names).personal for label, method in blends.items()}
+    aligned = {label: method.align(case.prepared, case.character).personal for label, method in blends.items()}
     return aligned | {label: found[label] for label in ("ours", "RBF", "EBFR")}
 
 

@@ -80,13 +80,12 @@ def found_shapes(case: Case) -> Mapping[str, Floats]:
 
     `ours` are those of the default, `aligned` the published ones, `EBFR` the example-based ones.
     """
-    names = case.character.blendshapes.names
     return {
         "own": case.prepared.terms.deltas,
         "RBF": warped_shapes(case.prepared.terms),
-        "EBFR": ExampleBased().rig(case.prepared, names)[1].shapes,
-        "aligned": RangeOfMotion(shapes="alignment").align(case.prepared, names).personal,
-        "ours": RangeOfMotion().align(case.prepared, names).personal,
+        "EBFR": ExampleBased().rig(case.prepared, case.character)[1].shapes,
+        "aligned": RangeOfMotion(shapes="alignment").align(case.prepared, case.character).personal,
+        "ours": RangeOfMotion().align(case.prepared, case.character).personal,
     }
 
 

@@ -33,7 +33,7 @@ def likeness(settings: Settings) -> None:
     rows: list[Row] = []
     made = list(cases(settings))
     for case in made:
-        found = RangeOfMotion(shapes="alignment").align(case.prepared, case.character.blendshapes.names)
+        found = RangeOfMotion(shapes="alignment").align(case.prepared, case.character)
         rows.append(_measured(case, found))
         if case in (made[0], made[-1]):
             _pictured(case, found, settings.out)

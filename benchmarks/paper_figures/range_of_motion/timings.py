@@ -56,7 +56,7 @@ def timings(settings: Settings) -> None:
 def _timed(case: Case, preset: str, repeats: int) -> Row:
     method, names = PRESETS[preset], case.character.blendshapes.names
     prepared = case.prepared
-    found = method.align(prepared, names)
+    found = method.align(prepared, case.character)
     fitted = shape_retargeter(method.name, case.character, prepared, found.personal, method.solve)
     take, _ = fitted.displacements(case.test.only(fitted.markers).points)
     fitted.solver.batch(take[:2])
@@ -73,7 +73,7 @@ def _timed(case: Case, preset: str, repeats: int) -> Row:
         "markers": len(case.pairs),
         "keys": str(len(found.keys.frames)),
         "training frames": len(prepared.take),
-        "alignment s": median_seconds(lambda: method.align(prepared, names), repeats),
+        "alignment s": median_seconds(lambda: method.align(prepared, case.character), repeats),
         "frames/s": round(len(take) / solve),
     }
 

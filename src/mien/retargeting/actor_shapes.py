@@ -5,9 +5,7 @@ What a comparison needs: the same shapes under another solve, or the same solve 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-from mien.core import Correctives, Examples, InputError
+from mien.core import Examples, InputError, Rig
 from mien.core.arrays import Floats
 from mien.core.errors import unknown
 from mien.retargeting.initial import warped_shapes
@@ -32,23 +30,21 @@ def check_shapes(kind: str) -> None:
 def actor_shapes(
     kind: str,
     prepared: Prepared,
-    names: Sequence[str],
+    character: Rig,
     solve: SolveSettings,
     *,
     full_range: bool = True,
     examples: Examples | None = None,
-    correctives: Correctives | None = None,
 ) -> Floats:
     """Return the actor's own blendshapes, `(K, M, 3)` [cm].
 
     Args:
         kind: one of `SHAPES`.
         prepared: the take beside the character.
-        names: of the character's `K` shapes.
+        character: the rig, with its `K` shapes.
         solve: the per-frame solve; what it leaves at rest is not learned from.
         full_range: for `range-of-motion`, whether the take shows what it shows at full strength.
         examples: labelled frames, for `range-of-motion` and `alignment`.
-        correctives: which shapes follow from others.
 
     Raises:
         InputError: every frame misses a marker, or an example names an unknown shape or frame.
@@ -58,4 +54,4 @@ def actor_shapes(
         return warped_shapes(prepared.terms)
     found = "alignment" if kind == "alignment" else "refit"
     method = RangeOfMotion(shapes=found, full_range=full_range, solve=solve)
-    return method.align(prepared, names, examples, correctives).personal
+    return method.align(prepared, character, examples).personal

@@ -16,7 +16,7 @@ from typing import ClassVar
 import numpy as np
 
 from mien.capture import Neutral
-from mien.core import Clip, Correctives, Correspondence, Examples, InputError, Markers, Note, Rig
+from mien.core import Clip, Correspondence, Examples, InputError, Markers, Note, Rig
 from mien.core.arrays import Floats, Ints
 from mien.core.errors import unknown
 from mien.retargeting.actor_shapes import actor_shapes, check_shapes
@@ -88,18 +88,13 @@ class ExampleBased:
         take, correspondence = check_markers(training, pairs, self.name)
         prepared = prepare(character, take, correspondence, neutral=neutral, rigid=rigid, head_moves=head_moves)
         names = character.blendshapes.names
-        frames, rigged = self.rig(prepared, names, examples, character.correctives)
+        frames, rigged = self.rig(prepared, character, examples)
         notes = _remarks(frames, rigged, names, self.solve)
         return shape_retargeter(self.name, character, prepared, rigged.shapes, self.solve, notes=notes)
 
-    def rig(
-        self,
-        prepared: Prepared,
-        names: Sequence[str],
-        examples: Examples | None = None,
-        correctives: Correctives | None = None,
-    ) -> tuple[Ints, Rigged]:
+    def rig(self, prepared: Prepared, character: Rig, examples: Examples | None = None) -> tuple[Ints, Rigged]:
         """Return the frames used as examples, and what was fitted to them."""
+        names, correctives = character.blendshapes.names, character.correctives
         labels = None if examples is None else checked_examples(examples, len(prepared.take), self.name)
         frames = distinct_frames(prepared.take, self.count) if labels is None else labels.frames
         shown = prepared.take[frames]
@@ -111,13 +106,7 @@ class ExampleBased:
             )
         solve = self.solve
         first = actor_shapes(
-            self.first_weights,
-            prepared,
-            names,
-            solve,
-            full_range=self.full_range,
-            examples=labels,
-            correctives=correctives,
+            self.first_weights, prepared, character, solve, full_range=self.full_range, examples=labels
         )
         none = np.zeros((len(names), len(names)))
         solver = frame_solver(first, names, none, np.asarray(prepared.pairs.confidence), solve, correctives=correctives)

@@ -16,7 +16,7 @@ import numpy as np
 from scipy import sparse
 
 from mien.capture import Neutral
-from mien.core import Clip, Correctives, Correspondence, Examples, InputError, Markers, Note, Rig
+from mien.core import Clip, Correspondence, Examples, InputError, Markers, Note, Rig
 from mien.core.arrays import Floats, Ints
 from mien.core.errors import unknown
 from mien.geometry.laplacian import cotangent_laplacian, triangulate_markers
@@ -25,6 +25,7 @@ from mien.retargeting.prepare import Prepared, prepare
 from mien.retargeting.range_of_motion.alignment import Balance, alignment_problem
 from mien.retargeting.range_of_motion.keys import Keys, key_expressions
 from mien.retargeting.range_of_motion.refit import Refit, Take, personalise
+from mien.retargeting.range_of_motion.second_opinion import heard, second_opinion
 from mien.retargeting.range_of_motion.similarity import Similarity, similarity
 from mien.retargeting.settings import PAPER, SolveSettings, in_range
 from mien.retargeting.shape_retargeter import ShapeRetargeter, check_markers, shape_retargeter
@@ -39,9 +40,11 @@ class Alignment:
         similarity: of every shape to every frame.
         keys: the key expressions.
         original: `(K, M, 3)` the character's shapes, scaled and turned onto the actor [cm].
-        guess: `(K, M, 3)` what the shapes were found from: the warp for `alignment`, else `original` [cm].
+        guess: `(K, M, 3)` what the shapes were found from: the warp for `alignment`, else `original` and what the
+            generic rig makes of the same names [cm].
         personal: `(K, M, 3)` the actor's own blendshapes [cm].
         residual: relative residual of the alignment's normal equations; 0 for `refit`, which has none.
+        opinion: for `refit`, the generic rig's share in the guess, by region of the face; empty where it has no say.
     """
 
     similarity: Similarity
@@ -50,6 +53,7 @@ class Alignment:
     guess: Floats
     personal: Floats
     residual: float
+    opinion: Mapping[str, float]
 
 
 @dataclass(frozen=True)
@@ -60,6 +64,7 @@ class RangeOfMotion:
         shapes: how the actor's own blendshapes are found: `refit` (the default, see
             `refit`), or `alignment`, the manifold alignment as published (eq. 4).
         full_range: for `refit`, whether the training take shows what it shows at full strength.
+        second_opinion: for `refit`, whether the generic rig's shapes of the same names are asked too.
         steepness: `r` of eq. 7.
         mesh: α of eq. 4, on keeping the shape of the initial guess.
         cross: β of eq. 4, on keeping the relations among blendshapes.
@@ -79,6 +84,7 @@ class RangeOfMotion:
 
     shapes: str = "refit"
     full_range: bool = True
+    second_opinion: bool = True
     steepness: float = 15.0
     mesh: float = 0.01
     cross: float = 0.1
@@ -122,21 +128,15 @@ class RangeOfMotion:
         """
         take, correspondence = check_markers(training, pairs, self.name)
         prepared = prepare(character, take, correspondence, neutral=neutral, rigid=rigid, head_moves=head_moves)
-        alignment = self.align(prepared, character.blendshapes.names, examples, character.correctives)
+        alignment = self.align(prepared, character, examples)
         evidence, notes = evidence_of(alignment, prepared.terms.deltas, character.blendshapes.names)
         return shape_retargeter(
             self.name, character, prepared, alignment.personal, self.solve, evidence, notes, alignment
         )
 
-    def align(
-        self,
-        prepared: Prepared,
-        names: Sequence[str],
-        examples: Examples | None = None,
-        correctives: Correctives | None = None,
-    ) -> Alignment:
+    def align(self, prepared: Prepared, character: Rig, examples: Examples | None = None) -> Alignment:
         """Find the actor's own blendshapes: similarity, key expressions, alignment (§4)."""
-        shapes = prepared.terms.deltas
+        names, shapes = character.blendshapes.names, prepared.terms.deltas
         seen = ~np.isnan(prepared.take).any(axis=(1, 2))
         if not seen.any():
             raise InputError(
@@ -148,22 +148,15 @@ class RangeOfMotion:
         keys = key_expressions(enhanced, self.prominence)
         chosen = np.union1d(keys.frames, labelled)
         weights = _strongest(enhanced[:, chosen], self.keep)
+        opinion: Mapping[str, float] = {}
+        residual = 0.0
         if self.shapes == "alignment":
-            guess = warped_shapes(prepared.terms, self.smoothing)
-            problem = alignment_problem(
-                weights,
-                prepared.take[frames[chosen]],
-                shapes,
-                guess,
-                alike.between,
-                marker_laplacian(prepared.terms.actor_neutral),
-                Balance(self.mesh, self.cross),
-            )
-            solution = solve_sylvester(problem.left, problem.right, problem.load, problem.guess)
-            personal, residual = solution.P, solution.residual
+            guess, personal, residual = self._aligned(prepared, frames[chosen], weights, alike.between)
         else:
-            guess, residual = shapes, 0.0
-            take = replace(_take_of(prepared, frames, names, self.solve.off, examples), correctives=correctives)
+            take = replace(
+                _take_of(prepared, frames, names, self.solve.off, examples), correctives=character.correctives
+            )
+            guess, opinion = self._informed(prepared, character, take)
             personal = personalise(guess, take, self.refit, full_range=self.full_range)
         count = len(prepared.take)
         kept = Similarity(
@@ -173,7 +166,26 @@ class RangeOfMotion:
             alike.between,
         )
         found = Keys(frames[chosen], _over_take(keys.cumulative, frames, count))
-        return Alignment(kept, found, shapes, guess, personal, residual)
+        return Alignment(kept, found, shapes, guess, personal, residual, opinion)
+
+    def _aligned(
+        self, prepared: Prepared, frames: Ints, weights: Floats, between: Floats
+    ) -> tuple[Floats, Floats, float]:
+        """Align as published (eq. 4); return the guess it starts from, the shapes, and the residual."""
+        terms = prepared.terms
+        guess = warped_shapes(terms, self.smoothing)
+        laplacian, balance = marker_laplacian(terms.actor_neutral), Balance(self.mesh, self.cross)
+        problem = alignment_problem(weights, prepared.take[frames], terms.deltas, guess, between, laplacian, balance)
+        solution = solve_sylvester(problem.left, problem.right, problem.load, problem.guess)
+        return guess, solution.P, solution.residual
+
+    def _informed(self, prepared: Prepared, character: Rig, take: Take) -> tuple[Floats, dict[str, float]]:
+        """Return what the shapes are refitted from, and how much of it in each region is the second opinion."""
+        own = prepared.terms.deltas
+        opinion = second_opinion(character, prepared) if self.second_opinion else None
+        if opinion is None:
+            return own, {}
+        return heard(own, opinion, take, self.refit, full_range=self.full_range)
 
 
 def marker_laplacian(neutral: Floats) -> sparse.csr_matrix:

@@ -22,9 +22,15 @@ from mien.retargeting.settings import SolveSettings, in_range
 
 SHOWN = 0.1
 """A shape whose strongest weight stays below this was not shown, and keeps its strength."""
-LARGEST = 2.5
-"""Weights may go this far while the range is being found, and shapes shrink or grow by as much at most."""
-FRAMES = 2000
+LARGEST = 1.5
+"""Weights may go this far while the range is being found, and shapes grow by as much at most."""
+FIRST, LAST = 0.9, 0.7
+"""How far, in powers, shapes are brought to the range that weights show before and after they are refitted.
+
+Weights of the shapes as they start are misled: a shape that its neighbours replace is taken for
+a small one.  Afterwards the refit has taken up part of what the first calibration left.
+"""
+FRAMES = 800
 """Longer takes are thinned to about this many frames."""
 ROUNDS = 3
 SMOOTH = 0.001
@@ -100,17 +106,21 @@ def personalise(guess: Floats, take: Take, refit: Refit, *, full_range: bool) ->
         `(K, M, 3)` [cm].
     """
     thin = thinned(take)
-    shapes = calibrated(guess, thin, refit.full) if full_range else guess
+    shapes = calibrated(guess, thin, refit.full, FIRST) if full_range else guess
     for _ in range(ROUNDS):
         shapes = refitted(shapes, thin, refit)
-    if full_range:  # half way: the refit has taken up part of what the first calibration missed
-        shapes = calibrated(shapes, thin, refit.full, share=0.5)
-    return shapes
+    return calibrated(shapes, thin, refit.full, LAST) if full_range else shapes
 
 
-def thinned(take: Take) -> Take:
+def unexplained(shapes: Floats, take: Take) -> float:
+    """Return the root mean square, over frames and points, of what shapes leave of a take's movement [cm]."""
+    weights = take.weights(shapes, take.frames, 1.0)
+    return float(np.sqrt(((take.frames - np.tensordot(weights, shapes, axes=1)) ** 2).sum(axis=2).mean()))
+
+
+def thinned(take: Take, frames: int = FRAMES) -> Take:
     """Leave out frames of a long take, evenly."""
-    return replace(take, frames=take.frames[:: max(1, len(take.frames) // FRAMES)])
+    return replace(take, frames=take.frames[:: max(1, len(take.frames) // frames)])
 
 
 def calibrated(shapes: Floats, take: Take, full: float, share: float = 1.0) -> Floats:

@@ -68,12 +68,11 @@ class Spacetime:
     def __post_init__(self) -> None:
         check_shapes(self.shapes)
         in_range(self, velocity=(0, 1e6))
-        for name, asked in (("exclusive", len(self.solve.exclusive) > 0), ("contact", self.solve.contact > 0)):
-            if asked:
-                raise InputError(
-                    f"the method 'spacetime' solves all frames at once, which it cannot with {name}; leave {name} out, or use "
-                    "the method 'range-of-motion'."
-                )
+        if len(self.solve.exclusive) > 0:
+            raise InputError(
+                "the method 'spacetime' solves all frames at once, which it cannot with exclusive; leave exclusive out, or use "
+                "the method 'range-of-motion'."
+            )
 
     def fit(
         self,
@@ -98,7 +97,8 @@ class Spacetime:
             )
         take, correspondence = check_markers(training, pairs, self.name)
         prepared = prepare(character, take, correspondence, neutral=neutral, rigid=rigid, head_moves=head_moves)
-        names = character.blendshapes.names
-        found = actor_shapes(self.shapes, prepared, names, self.solve, full_range=self.full_range, examples=examples)
+        found = actor_shapes(
+            self.shapes, prepared, character, self.solve, full_range=self.full_range, examples=examples
+        )
         fitted = shape_retargeter(self.name, character, prepared, np.asarray(found), self.solve)
         return SpacetimeRetargeter.of(fitted, self.velocity)

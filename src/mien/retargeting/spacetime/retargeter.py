@@ -36,7 +36,7 @@ class SpacetimeRetargeter(ShapeRetargeter):
         """Map one frame of markers `(M, 3)`, NaN where missing, to `(K,)` weights, knowing only the past."""
         moved, motion = self.still(frame, state.motion)
         weights, left = self._movement.step(moved, state.weights, state.left, self.fps)
-        return State(weights, motion, left), weights
+        return State(weights, motion, left), self.touching(weights[None], moved[None])[0]
 
     @property
     def ahead(self) -> bool:
