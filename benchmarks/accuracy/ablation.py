@@ -29,7 +29,8 @@ from mien.evaluate.suite import compare
 from mien.retargeting import make_method
 from mien.retargeting.initial import warped_shapes
 from mien.retargeting.prepare import Prepared
-from mien.retargeting.range_of_motion.refit import ROUNDS, Refit, Take, calibrated, refitted, thinned
+from mien.retargeting.range_of_motion.method import Alignment, RangeOfMotion
+from mien.retargeting.range_of_motion.refit import FIRST, LAST, ROUNDS, Refit, Take, calibrated, refitted, thinned
 from mien.retargeting.settings import PAPER, SolveSettings
 from mien.retargeting.shape_retargeter import shape_retargeter
 
@@ -39,6 +40,7 @@ CASES = (*QUICK, Recipe("p1", "adult", visemes=True))
 """The quick suite, and a character with visemes that nothing drives."""
 REFERENCES = (FLOOR, "rbf", "direct")
 TRUTH = "range"
+OPINION = "with opinion"
 
 
 @dataclass(frozen=True)
@@ -46,22 +48,22 @@ class Steps:
     """How the actor's shapes are found; the defaults are those of `personalise`.
 
     Attributes:
-        guess: `direct`, `warp` or the `mean` of both.
+        guess: `with opinion`, the default; `own`, without the second opinion; `warp`; or the `mean` of the last two.
         first, second: how much of the way each calibration goes (0: left out).
         rounds: of refitting.
         refit: its scales.
     """
 
-    guess: str = "direct"
-    first: float = 1.0
-    second: float = 0.5
+    guess: str = OPINION
+    first: float = FIRST
+    second: float = LAST
     rounds: int = ROUNDS
     refit: Refit = field(default_factory=Refit)
 
-    def shapes(self, prepared: Prepared, names: Sequence[str]) -> Floats:
-        """Return the actor's shapes `(K, M, 3)` [cm]."""
-        take = training_take(prepared, names)
-        shapes = starting_shapes(prepared, self.guess)
+    def shapes(self, case: Case, informed: Floats) -> Floats:
+        """Return the actor's shapes `(K, M, 3)` [cm]; `informed` are those the default starts from."""
+        take = training_take(case.prepared, case.character.blendshapes.names)
+        shapes = informed if self.guess == OPINION else starting_shapes(case.prepared, self.guess)
         shapes = calibrated(shapes, take, self.refit.full, self.first) if self.first else shapes
         for _ in range(self.rounds):
             shapes = refitted(shapes, take, self.refit)
@@ -77,8 +79,8 @@ def training_take(prepared: Prepared, names: Sequence[str]) -> Take:
 
 def starting_shapes(prepared: Prepared, guess: str) -> Floats:
     """Return the shapes that are refitted, `(K, M, 3)` [cm]."""
-    direct, warped = prepared.terms.deltas, warped_shapes(prepared.terms)
-    return {"direct": direct, "warp": warped, "mean": (direct + warped) / 2}[guess]
+    own, warped = prepared.terms.deltas, warped_shapes(prepared.terms)
+    return {"own": own, "warp": warped, "mean": (own + warped) / 2}[guess]
 
 
 Shapes = Callable[[Case], Floats]
@@ -105,11 +107,11 @@ class Variant:
         return f"{self.knob} {self.value}"
 
 
-def by_steps(steps: Steps, default: Shapes) -> Shapes:
+def by_steps(steps: Steps, default: Default) -> Shapes:
     """Find shapes in these steps, if they are not the default's."""
     if steps == Steps():
         return default
-    return lambda case: steps.shapes(case.prepared, case.character.blendshapes.names)
+    return lambda case: steps.shapes(case, default.of(case).guess)
 
 
 def by_method(**settings: Any) -> Shapes:
@@ -123,25 +125,35 @@ def by_method(**settings: Any) -> Shapes:
 
 
 class Default:
-    """The default's shapes, found once for each case."""
+    """What the default finds, once for each case."""
 
     def __init__(self) -> None:
-        self._case: Case | None = None
-        self._shapes: Floats = np.empty(0)
+        self._found: tuple[Case, Alignment] | None = None
+
+    def of(self, case: Case) -> Alignment:
+        """Return what it starts from and where it arrives."""
+        if self._found is None or self._found[0] is not case:
+            self._found = case, RangeOfMotion().align(case.prepared, case.character)
+        return self._found[1]
 
     def __call__(self, case: Case) -> Floats:
         """Return the actor's shapes `(K, M, 3)` [cm]."""
-        if case is not self._case:
-            self._case, self._shapes = case, by_method()(case)
-        return self._shapes
+        return self.of(case).personal
 
 
 def variants() -> Iterator[Variant]:
     """Yield every setting of every knob; the default's own setting is among each knob's."""
     default = Default()
-    for guess in ("direct", "mean", "warp"):
+    for guess in (OPINION, "own", "mean", "warp"):
         yield Variant("guess", guess, by_steps(Steps(guess), default))
-    for value, first, second in (("off", 0, 0), ("once", 1, 0), ("+ half", 1, 0.5), ("+ whole", 1, 1)):
+    calibrations = {
+        "off": (0, 0),
+        "once": (1, 0),
+        "+ half": (1, 0.5),
+        "most, twice": (FIRST, LAST),
+        "whole, twice": (1, 1),
+    }
+    for value, (first, second) in calibrations.items():
         yield Variant("calibration", value, by_steps(Steps(first=first, second=second), default))
     for full in (0.95, 0.98, 0.99, 0.995, 0.999):
         yield Variant("full", f"{full:g}", by_steps(Steps(refit=Refit(full=full)), default))

@@ -130,6 +130,7 @@ class RangeOfMotion:
         prepared = prepare(character, take, correspondence, neutral=neutral, rigid=rigid, head_moves=head_moves)
         alignment = self.align(prepared, character, examples)
         evidence, notes = evidence_of(alignment, prepared.terms.deltas, character.blendshapes.names)
+        notes = (*notes, *_opinion_note(alignment.opinion))
         return shape_retargeter(
             self.name, character, prepared, alignment.personal, self.solve, evidence, notes, alignment
         )
@@ -226,6 +227,17 @@ UNSEEN_CM = 0.02
 """A shape that moves no paired point by this much cannot be told from noise."""
 WEAK_EVIDENCE = 0.3
 """Below this correlation no frame of the take looks like the shape."""
+
+
+def _opinion_note(shares: Mapping[str, float]) -> tuple[Note, ...]:
+    said = ", ".join(f"{region} {share:.0%}" for region, share in shares.items() if share > 0)
+    if not said:
+        return ()
+    text = (
+        "the take is explained better if the built-in generic rig's shapes of the same names are heard beside the "
+        f"character's own: {said}."
+    )
+    return (Note("second-opinion", text),)
 
 
 def _take_of(

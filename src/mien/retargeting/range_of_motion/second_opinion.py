@@ -30,8 +30,12 @@ FRAMES, ROUNDS = 400, 2
 """Mixtures are compared on about this many frames, refitted so many times."""
 WORTH = 0.04
 """Whole shapes of the opinion must take this share off what is left unexplained to be worth it; half of it, half that."""
-REGIONS: Mapping[str, tuple[str, ...]] = {"brows": ("brow",), "eyes": ("eye",), "cheeks": ("cheek", "nose")}
-"""How the names of each region's shapes begin; all others are the mouth's."""
+REGIONS: Mapping[str, tuple[str, ...]] = {
+    "brows": ("brow",),
+    "eyes": ("eye", "blink", "squint", "lid"),
+    "cheeks": ("cheek", "nose"),
+}
+"""Words in the names of each region's shapes, the first region that holds one; all others are the mouth's."""
 MOUTH = "mouth"
 STILL = 1e-6
 """A shape that moves the points by no more than this [cm] has no direction."""
@@ -125,7 +129,7 @@ def heard(
 def regions_of(names: Sequence[str]) -> np.ndarray:
     """Return which region of the face each shape belongs to, by its name."""
     stems = [shape_key(name).stem for name in names]
-    return np.array([next((r for r, starts in REGIONS.items() if s.startswith(starts)), MOUTH) for s in stems])
+    return np.array([next((r for r, words in REGIONS.items() if any(w in s for w in words)), MOUTH) for s in stems])
 
 
 def mixed(own: Floats, opinion: Floats, shares: Floats) -> Floats:
