@@ -45,7 +45,7 @@ _VERBS = {
     "read_pairs": "mien.io.documents",
     "write_pairs": "mien.io.documents",
     "read_landmarks": "mien.io.documents",
-    "read_examples": "mien.io.documents",
+    "read_examples": "mien.io.examples",
     "fill_gaps": "mien.capture",
     "find_neutral": "mien.capture",
     "trace": "mien.capture",

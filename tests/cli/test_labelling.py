@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from mien.core import Examples
-from mien.io.documents import read_examples, write_examples
+from mien.io.examples import read_examples, write_examples
 from tests.cli.running import mien
 from tests.job.small_files import FRAMES, SmallFiles, write_small_files
 from tests.retargeting.actors import SHAPES, weights

@@ -19,7 +19,7 @@ from mien.cli.app import app
 from mien.core import FileError, InputError
 from mien.evaluate.bench import table
 from mien.evaluate.bench.cell import STRONGEST, Witness, measure
-from mien.evaluate.bench.document import document, read, write
+from mien.evaluate.bench.document import begun, extended, lacking, read, write
 from mien.evaluate.bench.figures import BY_KEY, FIGURES, spread_of
 from mien.evaluate.bench.gate import gate
 from mien.evaluate.bench.memory import STATUS, Peak
@@ -34,6 +34,14 @@ FEW = ("rbf", "direct", "ridge")
 Document = dict[str, Any]
 
 
+def ran(methods: tuple[str, ...]) -> Document:
+    """What a run of methods on the one case writes."""
+    document = begun("test")
+    for scened in run([TINY], entrants(methods)):
+        document = extended(document, scened, 1.0)
+    return json.loads(json.dumps(document))
+
+
 @pytest.fixture(scope="module", autouse=True)
 def one_case() -> Iterator[None]:
     """Make the case once: it is the same for every run."""
@@ -45,7 +53,7 @@ def one_case() -> Iterator[None]:
 @pytest.fixture(scope="module")
 def found(one_case: None) -> Document:
     """What a run of a few methods on one case writes."""
-    return json.loads(json.dumps(document("test", list(run([TINY], entrants(FEW))), 1.0)))
+    return ran(FEW)
 
 
 @pytest.fixture
@@ -94,7 +102,7 @@ def test_the_spread_over_identities_has_the_worst_on_the_bad_side() -> None:
 
 
 def test_a_run_repeats_exactly_and_passes_its_own_gate(found: Document) -> None:
-    again = json.loads(json.dumps(document("test", list(run([TINY], entrants(("rbf", "ridge")))), 1.0)))
+    again = ran(("rbf", "ridge"))
     before = {row["method"]: row for row in found["rows"]}
     for row in again["rows"]:
         assert row["absolute"] == before[row["method"]]["absolute"]
@@ -178,6 +186,29 @@ def test_the_command_writes_both_files_and_fails_against_a_perturbed_baseline(tm
     assert failed.exit_code == 1
     assert "direct" in failed.output
     assert "mm, mean" in failed.output
+
+
+def test_a_run_that_was_stopped_goes_on_where_it_was(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    other = Scene((LibraryRecipe(2),), quick=True)
+    monkeypatch.setattr(table, "SCENES", (TINY, other))
+    path, options = tmp_path / "bench.json", ["bench", "--embedded", "--methods", "rbf,direct", "-q"]
+    scene = iter(run([TINY, other], entrants(("rbf", "direct"))))
+    name = "quick suite, embedded data"
+    stopped = extended(begun(name), next(scene), 5.0)
+    write(path, stopped)
+    assert lacking(stopped, [TINY, other], entrants(("rbf", "direct"))) == (other,)
+    assert lacking(stopped, [TINY, other], entrants(("rbf", "ridge"))) == (TINY, other)
+    done = CliRunner().invoke(app, [*options, "--json", str(path), "--resume"])
+    assert done.exit_code == 0, done.output
+    whole = read(path)
+    assert [row["identities"] for row in whole["rows"]] == [
+        [r.actor] for r in (*TINY.recipes, *other.recipes) for _ in "ab"
+    ]
+    assert whole["rows"][:2] == stopped["rows"]
+    assert whole["seconds"] > 5
+    write(path, stopped | {"suite": "another"})
+    assert isinstance(CliRunner().invoke(app, [*options, "--json", str(path), "--resume"]).exception, InputError)
+    assert isinstance(CliRunner().invoke(app, [*options, "--resume"]).exception, InputError)
 
 
 @pytest.mark.usefixtures("tiny")

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from mien.core import InputError
-from mien.geometry.align import head_motion, inverse_rigid, similarity, transform
+from mien.geometry.align import head_motion, inverse_rigid, nearest_rotations, similarity, transform
 
 
 def test_a_similarity_is_recovered(rng: np.random.Generator) -> None:
@@ -63,3 +63,27 @@ def test_a_frame_that_sees_nothing_keeps_the_motion_before(rng: np.random.Genera
     motion, _ = head_motion(face, points, np.ones(10), softness=0.1)
     assert np.allclose(motion[2], motion[1])
     assert np.allclose(motion[1, :3, 3], 1)
+
+
+def test_the_nearest_rotations_are_those_of_the_singular_values(rng: np.random.Generator) -> None:
+    matrices = rng.normal(size=(300, 3, 3)) * np.geomspace(1e-9, 1e9, 300)[:, None, None]
+    matrices[::7, :, 2] *= 1e-9
+    left, _, right = np.linalg.svd(matrices)
+    left[:, :, 2] *= np.sign(np.linalg.det(left @ right))[:, None]
+    found = nearest_rotations(matrices)
+    assert np.abs(found - left @ right).max() < 1e-9
+    assert np.abs(np.linalg.det(found) - 1).max() < 1e-12
+
+
+def test_what_has_no_nearest_rotation_still_gets_one() -> None:
+    found = nearest_rotations(np.stack([np.zeros((3, 3)), np.diag([1.0, 0, 0]), np.diag([1.0, 1, -1])]))
+    assert np.abs(found @ np.swapaxes(found, 1, 2) - np.eye(3)).max() < 1e-12
+    assert np.allclose(np.linalg.det(found), 1)
+
+
+def test_a_head_far_from_the_origin_moves_alike(rng: np.random.Generator) -> None:
+    face = rng.normal(size=(20, 3))
+    points = face + 0.1 * rng.normal(size=(5, 20, 3))
+    near, _ = head_motion(face, points, np.ones(20), softness=0.1)
+    far, _ = head_motion(face + 1000, points + 1000, np.ones(20), softness=0.1)
+    assert np.abs(near[:, :3, :3] - far[:, :3, :3]).max() < 1e-9

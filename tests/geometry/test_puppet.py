@@ -11,7 +11,7 @@ from mien.core import Clip, InputError, Mesh, Rig, Skeleton, Skin
 from mien.core.anatomy import AXES, Anatomy, Cluster, Flexor, Muscle
 from mien.core.arrays import Floats
 from mien.core.rig import no_blendshapes
-from mien.geometry.muscles import across, drawn, on_polyline, pull
+from mien.geometry.muscles import across, beside, drawn, on_polyline, pull
 from mien.geometry.puppet import Puppet, controls_of, joint_matrices, joint_scales, posed
 from mien.geometry.templates import played, template_controls, template_shapes
 
@@ -102,6 +102,14 @@ def test_a_ring_closes_exactly_onto_its_seam_and_keeps_to_the_ball(rig: Rig) -> 
         half = lid + drawn(lid, place, np.full(7, 0.5), np.zeros(3))
         radii = (np.linalg.norm(lid, axis=1) + np.linalg.norm(place, axis=1)) / 2
         assert np.allclose(np.linalg.norm(half, axis=1), radii)
+
+
+def test_the_place_beside_a_seam_goes_around_a_snout() -> None:
+    turn = np.linspace(0, np.pi, 181)
+    snout = np.stack([np.cos(turn), 0 * turn, 3 * np.sin(turn)], axis=1)
+    above = snout[10:-10] + [0, 0.1, 0]
+    assert np.abs(beside(snout, above) - snout[10:-10]).max() < 1e-3
+    assert np.allclose(beside(snout, snout[:1] - [0, 0, 0.5]), snout[:1] - [0, 0, 0.5], atol=1e-2)
 
 
 def test_without_a_pivot_points_go_straight() -> None:

@@ -15,12 +15,12 @@ from mien.core import Correspondence, FileError, InputError, Markers, Mesh, Mien
 from mien.io.documents import (
     landmarks_on_markers,
     landmarks_on_mesh,
-    read_examples,
     read_landmarks,
     read_pairs,
     write_landmarks,
     write_pairs,
 )
+from mien.io.examples import read_examples
 from tests.conftest import grid_rig
 from tests.io.hostile import survives
 

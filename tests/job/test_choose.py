@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from mien.core import FileError
+from mien.io.formats import read_rig
 from mien.job.choose import AUTO, OTHERWISE, RULES, chosen
 from mien.job.retarget import Request, run
 from mien.retargeting import METHODS
@@ -63,3 +64,10 @@ def test_the_reason_reaches_the_report(files):
 
 def test_every_rule_names_a_method():
     assert {OTHERWISE[0], *(name for _, name, _ in RULES)} <= set(METHODS)
+
+
+def test_the_character_is_read_once_even_if_choosing_looks_at_it(files, monkeypatch):
+    seen = []
+    monkeypatch.setattr("mien.job.learn.read_rig", lambda path: seen.append(path) or read_rig(path))
+    run(Request(files["take.trc"], files["face.glb"], AUTO, pairs=files["face.pairs.json"]))
+    assert seen == [files["face.glb"]]

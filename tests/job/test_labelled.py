@@ -10,7 +10,7 @@ import pytest
 
 from mien.core import Clip, Examples, InputError, Markers, Mesh, Rig, Skeleton, Skin
 from mien.io import gltf
-from mien.io.documents import read_examples, write_examples
+from mien.io.examples import read_examples, write_examples
 from mien.io.formats import read_clip, read_rig
 from mien.io.weights import write_clip
 from mien.job import label, pose

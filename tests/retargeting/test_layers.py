@@ -203,7 +203,8 @@ def test_lips_count_as_closed_when_they_close_and_not_while_they_rest() -> None:
     points[:, 0, 1] = gap
     points[13] = np.nan
     lips = Lips(0, 1, 0.0, 0.02, 0.5, 0.05, Bias(0, 0, np.ones(2)))
-    gamma, opened = lips.gamma(points, 30.0)
+    apart = lips.gap(points, np.zeros((2, 3)))
+    gamma, opened = lips.gamma(apart, 30.0)
     assert gamma[:10].max() == 0
     assert gamma[10:20].max() < 1e-9
     assert gamma[20] > 0.49
@@ -211,11 +212,11 @@ def test_lips_count_as_closed_when_they_close_and_not_while_they_rest() -> None:
     assert gamma[13] == 0
     parts, lately = [], 0.0
     for f in range(len(gap)):
-        part, lately = lips.gamma(points[f : f + 1], 30.0, lately)
+        part, lately = lips.gamma(apart[f : f + 1], 30.0, lately)
         parts.append(part[0])
     assert np.array_equal(parts, gamma)
     assert lately == opened
-    published, _ = replace(lips, closing=0.0).gamma(points, 30.0)
+    published, _ = replace(lips, closing=0.0).gamma(apart, 30.0)
     assert np.all(published[:10] == 0.5)
 
 

@@ -192,8 +192,6 @@ def test_shapes_can_be_the_warps_or_the_alignments() -> None:
 def test_shapes_that_exclude_each_other_are_refused_in_words() -> None:
     with pytest.raises(InputError, match="all frames at once"):
         make_method("spacetime", {"exclusive": "smile_L:smile_R"})
-    with pytest.raises(InputError, match="contact out"):
-        make_method("spacetime", {"contact": "1"})
     with pytest.raises(InputError, match="velocity"):
         make_method("spacetime", {"velocity": "-1"})
 

@@ -49,6 +49,18 @@ def test_a_similar_face_gets_similar_shapes(method: str) -> None:
     assert np.allclose(shapes.deltas, rig.blendshapes.deltas @ turn.T, atol=1e-6 * np.abs(shapes.deltas).max())
 
 
+def test_by_rbf_a_closed_mouth_is_the_warp_of_the_closed_mouth() -> None:
+    """Lips that close where an open jaw has taken them: bent there, not where they rest."""
+    mesh = grid_rig(9).neutral
+    below = (mesh.vertices[:, 1] < np.median(mesh.vertices[:, 1]))[:, None]
+    jaw = np.where(below, [0.0, -0.3, 0.1], 0.0) * np.ptp(mesh.vertices)
+    fit = exact_fit(mesh, replace(mesh, vertices=other_face(mesh.vertices)))
+    shapes, _ = carried(rig_of(mesh, jawOpen=jaw, mouthClose=-0.9 * jaw), fit, "rbf", contact=False)
+    posed = fit.warp(mesh.vertices + 0.1 * jaw) - fit.warp(mesh.vertices)
+    assert np.allclose(shapes.deltas.sum(axis=0), posed, atol=1e-12 * np.ptp(mesh.vertices))
+    assert not shapes.deltas[:, ~below[:, 0]].any()
+
+
 @methods
 def test_units_do_not_matter(method: str) -> None:
     rig = grid_rig(9)

@@ -15,7 +15,7 @@ from mien.library.generic import generic_rig
 from mien.library.heads import cartoon_head, goat_head
 from mien.rigging.dense import DenseFit, lay
 from mien.rigging.landmarks import paired_landmarks
-from mien.rigging.structure import STIFF_CM, Structure
+from mien.rigging.structure import STEEPEST, STIFF_CM, Structure
 from tests.rigging.moved import SCALE, TURN, similar, similar_face
 
 
@@ -65,7 +65,7 @@ def test_fewer_centres_change_little(cartoon: DenseFit) -> None:
     centimetre = human_centimetre(cartoon.warp(cartoon.warp.centres))
     assert len(part.warp.centres) <= 1000 < len(whole.warp.centres)
     for fibre in fibres().values():
-        assert np.abs(whole.line(fibre) - part.line(fibre)).max() < 0.25 * centimetre
+        assert np.abs(whole.lines([fibre])[0] - part.lines([fibre])[0]).max() < 0.25 * centimetre
 
 
 def test_skin_that_nobody_sees_has_no_say(cartoon: DenseFit) -> None:
@@ -84,7 +84,7 @@ def test_a_similarity_is_carried_exactly() -> None:
     assert np.allclose(carried[:3, :3], TURN)
     assert np.allclose(carried[:3, 3], similar(frame[:3, 3]))
     for line in fibres().values():
-        assert np.allclose(structure.line(line), similar(line))
+        assert np.allclose(structure.lines([line])[0], similar(line))
     assert structure.growth(np.ones(len(structure.vertices) * 3)) == pytest.approx(SCALE)
 
 
@@ -104,7 +104,7 @@ def test_fibres_do_not_kink(cartoon: DenseFit, goat: DenseFit) -> None:
     for fit in (cartoon, goat):
         structure = Structure.of(fit)
         for name, fibre in fibres().items():
-            assert sharpest(structure.line(fibre)) < sharpest(fibre) + 60, name
+            assert sharpest(structure.lines([fibre])[0]) < sharpest(fibre) + 60, name
 
 
 def test_the_growth_of_a_region_is_its_own() -> None:
@@ -116,3 +116,15 @@ def test_the_growth_of_a_region_is_its_own() -> None:
     structure = Structure.of(wider)
     assert structure.growth(below.astype(np.float64)) == pytest.approx(2)
     assert structure.growth((~below).astype(np.float64)) == pytest.approx(1)
+
+
+def test_a_movement_may_grow_as_the_way_over_which_it_falls_off() -> None:
+    """Lips three times as wide, and as high as they were, bear hardly more than they did."""
+    generic = generic_rig()
+    assert generic.anatomy is not None
+    lip = next(part.weights for part in generic.anatomy.clusters if part.name == "lip_lower_left")
+    fit = laid(generic)
+    assert Structure.of(replace(fit, stuck=3 * fit.stuck)).bearable(lip) == pytest.approx(3 * STEEPEST)
+    wide = Structure.of(replace(fit, stuck=fit.stuck * [3.0, 1, 1]))
+    assert STEEPEST < wide.bearable(lip) < 2 * STEEPEST < STEEPEST * wide.growth(lip)
+    assert wide.bearable(np.ones(len(lip))) == np.inf

@@ -68,6 +68,7 @@ TABLES: Mapping[str, tuple[str, tuple[str, ...]]] = {
         "rigging_ground_truth",
         ("pair", "method", "shapes", "cos", "cos min", "gain", "lids mm", "lips mm", "other side", "cpu s"),
     ),
+    "folds": ("rigging_folds", ()),
     "speed": ("speed_rig_transfer", ()),
 }
 """By the mark on the page: which results, and which of their columns; all if none is named."""

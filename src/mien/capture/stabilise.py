@@ -73,8 +73,20 @@ def learn_stabiliser(neutral: Floats, points: Floats, rigid: Ints | Sequence[int
     take = points[:: max(1, len(points) // 600)]
     for _ in range(4):
         _, residuals = head_motion(neutral, take, stability, softness=softness)
-        spread = np.array([np.quantile(r[~np.isnan(r)], 0.8) if (~np.isnan(r)).any() else np.inf for r in residuals.T])
+        spread = _mostly_within(residuals)
         known = spread[np.isfinite(spread)]
         scale = max(softness, float(np.quantile(known, QUIETEST))) if len(known) else softness
         stability = 1 / (1 + (spread / scale) ** 2) ** 2
     return Stabiliser(neutral, stability, softness)
+
+
+def _mostly_within(residuals: Floats) -> Floats:
+    """Return `(M,)` what four fifths of each point's residuals `(F, M)` stay within; infinite if it is never seen."""
+    gaps = np.isnan(residuals)
+    spread = np.full(residuals.shape[1], np.inf)
+    whole = ~gaps.any(axis=0)
+    if whole.any():
+        spread[whole] = np.quantile(residuals[:, whole], 0.8, axis=0)
+    for m in np.flatnonzero(gaps.any(axis=0) & ~gaps.all(axis=0)):
+        spread[m] = np.quantile(residuals[~gaps[:, m], m], 0.8)
+    return spread

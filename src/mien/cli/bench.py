@@ -30,6 +30,9 @@ def bench(
     ] = None,
     embedded: Annotated[bool, typer.Option("--embedded", help="Leave the real data out where it is present.")] = False,
     json: Annotated[Path | None, typer.Option("--json", help="Where to write the figures (.json).")] = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Run only the cases that --json, written case by case, does not hold yet.")
+    ] = False,
     html: Annotated[Path | None, typer.Option("--html", help="Where to write a page with plots and pictures.")] = None,
     gate: Annotated[Path | None, typer.Option(help="A baseline (.json): fail if anything got worse since.")] = None,
     quiet: Annotated[bool, typer.Option("-q", "--quiet", help="No progress, and no tables.")] = False,
@@ -42,11 +45,14 @@ def bench(
       mien bench --methods rbf,range-of-motion --cases acting --html bench.html
 
       mien bench --gate benchmarks/results/bench_quick.json
+
+      mien bench --full --json full.json --resume
     """
     import time
 
     from mien.cli.say import counted
-    from mien.evaluate.bench.document import document, read, write
+    from mien.core import InputError
+    from mien.evaluate.bench.document import begun, extended, lacking, read, write
     from mien.evaluate.bench.gate import gate as compare
     from mien.evaluate.bench.run import run
     from mien.evaluate.bench.table import entrants, scenes
@@ -57,22 +63,30 @@ def bench(
     folder = None if embedded else real_data(data, os.environ.get("MIEN_DATA"))
     suite = scenes(full=full, real=folder is not None, words=cases.split())
     field = entrants([name.strip() for name in methods.split(",") if name.strip()])
-    out, start, played = wide_console(), time.perf_counter(), []
+    name = f"{'full' if full else 'quick'} suite, {'embedded and real' if folder else 'embedded'} data"
+    if resume and json is None:
+        raise InputError("--resume goes on with the file that --json names; give --json, too.")
+    found = begun(name, read(json) if resume and json is not None and json.is_file() else None)
+    suite = lacking(found, suite, field)
+    out, played = wide_console(), []
     with counted(quiet, "bench") as step:
+        start = time.perf_counter()
         for scened in run(suite, field, folder, lambda done, total, what: step(done, total)):
-            played.append(scened)
+            found, start = extended(found, scened, time.perf_counter() - start), time.perf_counter()
+            if json is not None:
+                write(json, found)
+            if html is not None:  # a scene is large
+                played.append(scened)
             if not quiet:
                 out.print(table_of(scened, spread=out.width >= WIDTH), soft_wrap=False)
-    name = f"{'full' if full else 'quick'} suite, {'embedded and real' if folder else 'embedded'} data"
-    found = document(name, played, time.perf_counter() - start)
+                out.file.flush()  # a log shows each scene when it is done
     if json is not None:
-        write(json, found)
         out.print(f"wrote {json}")
     if html is not None:
         write_page(html, found, played)
         out.print(f"wrote {html}")
     if not quiet:
-        out.print(f"{name}, {len(played)} scenes × {len(field)} methods in {found['seconds']:.0f} s")
+        out.print(f"{name}, {len(suite)} scenes × {len(field)} methods; {found['seconds']:.0f} s in all")
     if baseline is not None:
         verdict = compare(found, baseline, whole=not (methods or cases))
         print_verdict(verdict, gate)
@@ -142,8 +156,8 @@ def _cell(figure: Spread, spread: bool) -> str:
     """Return a mean with its standard deviation; without it where there is a single identity."""
     if figure.mean != figure.mean:
         return "–"
-    text = _short(figure.mean)
-    return f"{text} ±{_short(figure.std).removeprefix('0')}" if spread and figure.std > 0 else text
+    text, deviation = _short(figure.mean), f"{figure.std:.{0 if figure.std >= 1 else 2}f}"
+    return f"{text} ±{deviation.removeprefix('0')}" if spread and float(deviation) > 0 else text
 
 
 def _short(value: float) -> str:

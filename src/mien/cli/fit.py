@@ -42,14 +42,12 @@ def fit(
 
       mien fit take.c3d hero.glb --method latent --examples labels.csv --animation walk.glb -o hero.mien
     """
-    from mien.cli.parse import assignments, prior_weights
+    from mien.cli.parse import settings_of
     from mien.cli.say import console, print_json, print_notes, stages
     from mien.job.model import SUFFIX, save_model
     from mien.job.outputs import check_place, inputs_of
     from mien.job.retarget import Request, fit
 
-    settings = assignments(set_ or []) | prior_weights(prior or [])
-    settings |= {} if contact is None else {"contact": contact}
     request = Request(
         training,
         character,
@@ -62,7 +60,7 @@ def fit(
         count,
         examples,
         tuple(rigid or ()),
-        settings=settings,
+        settings=settings_of(set_, prior, contact=contact),
         extremes=extremes,
         animations=tuple(animation or ()),
         correctives=correctives,

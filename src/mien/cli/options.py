@@ -54,7 +54,7 @@ Prior = Annotated[
 ]
 Contact = Annotated[
     float | None,
-    typer.Option(help="How strongly lids and lips close where the actor's do; 1 is much. Needs iBUG landmarks."),
+    typer.Option(help="How far lids and lips close where the actor's do, 0 to 1 (all the way). Needs iBUG landmarks."),
 ]
 Set = Annotated[
     list[str] | None,

@@ -8,6 +8,26 @@ from typing import Any
 import typer
 
 
+def settings_of(
+    set_: Sequence[str] | None,
+    prior: Sequence[str] | None,
+    *,
+    exclusive: Sequence[str] | None = None,
+    symmetric: Sequence[str] | None = None,
+    **given: Any,
+) -> dict[str, Any]:
+    """Return the method's parameters from `--set`, `--prior` and the options that stand for one parameter each.
+
+    Args:
+        set_, prior, exclusive, symmetric: items as they were written.
+        given: values by parameter; None where the option was left out.
+    """
+    given["exclusive"] = pair_names(exclusive or [], "--exclusive") or None
+    given["symmetric"] = pair_names(symmetric or [], "--symmetric") or None
+    stated = {key: value for key, value in given.items() if value is not None}
+    return {**assignments(set_ or []), **prior_weights(prior or []), **stated}
+
+
 def assignments(items: Sequence[str]) -> dict[str, Any]:
     """Read KEY=VALUE items."""
     return dict(_split(item, "--set") for item in items)

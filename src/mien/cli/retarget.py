@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -10,7 +12,7 @@ import typer
 from mien.cli import options
 
 if TYPE_CHECKING:
-    from mien.job.retarget import Result
+    from mien.job.request import Request, Result
 
 Output = Annotated[
     list[Path], typer.Option("-o", "--output", help="Where to write: .glb, .gltf, .csv or .npz; repeat for several.")
@@ -85,23 +87,13 @@ def retarget(
 
       mien fit rom.c3d hero.glb -o hero.mien && mien retarget take.c3d hero.mien -o out.glb
     """
-    from mien.cli.parse import assignments, pair_names, prior_weights
-    from mien.cli.say import print_json, stages
-    from mien.job.compose import write_layers
-    from mien.job.model import SUFFIX, replay
-    from mien.job.outputs import check_outputs, check_place, inputs_of, with_losses, write_outputs
-    from mien.job.retarget import Request, run
+    from mien.cli.parse import settings_of
+    from mien.cli.say import print_json
+    from mien.job.request import Request
 
-    settings = assignments(set_ or [])
-    settings |= prior_weights(prior or [])
-    given = {
-        "bounds": bounds,
-        "smooth": smooth,
-        "contact": contact,
-        "exclusive": pair_names(exclusive or [], "--exclusive") or None,
-        "symmetric": pair_names(symmetric or [], "--symmetric") or None,
-    }
-    settings |= {key: value for key, value in given.items() if value is not None}
+    settings = settings_of(
+        set_, prior, exclusive=exclusive, symmetric=symmetric, bounds=bounds, smooth=smooth, contact=contact
+    )
     request = Request(
         performance,
         character,
@@ -122,21 +114,61 @@ def retarget(
         targets,
         poses,
     )
-    given_files = [*inputs_of(request), *([onto] if onto else [])]
-    check_outputs(output, given_files, report=report, csv_format=csv_format)
-    if layers is not None:
-        check_place(layers, [*given_files, *output], (".csv",), "the curves of layers")
-    with stages(quiet) as stage:
-        result = replay(request, onto, stage) if character.suffix.lower() == SUFFIX else run(request, stage)
-        result = with_losses(result, output, csv_format)
-        stage("write")
-        write_outputs(result, output, csv_format, report)
-        if layers is not None:
-            write_layers(layers, result)
+    result = _carried_out(request, onto, Written(tuple(output), csv_format, report, layers), quiet)
     if json:
         print_json(result.report.as_json())
     elif not quiet:
         _summary(result, [*output, *(path for path in (report, layers) if path is not None)])
+
+
+@dataclass(frozen=True)
+class Written:
+    """What is to be written.
+
+    Attributes:
+        outputs: the animation.
+        csv_format: the layout of those that are `.csv`.
+        report: the account of it.
+        layers: the curves of the layers.
+    """
+
+    outputs: tuple[Path, ...]
+    csv_format: str
+    report: Path | None
+    layers: Path | None
+
+
+def _carried_out(request: Request, onto: Path | None, written: Written, quiet: bool) -> Result:
+    """Refuse what could not be written, do the job, write."""
+    from mien.cli.say import stages
+    from mien.job.outputs import check_outputs, check_place, inputs_of, with_losses, write_outputs
+
+    given = [*inputs_of(request), *([onto] if onto else [])]
+    check_outputs(written.outputs, given, report=written.report, csv_format=written.csv_format)
+    if written.layers is not None:
+        check_place(written.layers, [*given, *written.outputs], (".csv",), "the curves of layers")
+    with stages(quiet) as stage:
+        result = with_losses(_mapped(request, onto, stage), written.outputs, written.csv_format)
+        stage("write")
+        write_outputs(result, written.outputs, written.csv_format, written.report)
+        if written.layers is not None:
+            from mien.job.compose import write_layers
+
+            write_layers(written.layers, result)
+    return result
+
+
+def _mapped(request: Request, onto: Path | None, stage: Callable[[str], None]) -> Result:
+    """Map the performance, with a method that is fitted first unless the character is a fitted model."""
+    from mien.job.request import MODEL
+
+    if request.character.suffix.lower() == MODEL:
+        from mien.job.model import replay  # what fits one method need not load all that can be saved
+
+        return replay(request, onto, stage)
+    from mien.job import retarget
+
+    return retarget.run(request, stage)
 
 
 def _summary(result: Result, written: list[Path]) -> None:

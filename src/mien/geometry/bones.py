@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.sparse import csr_array
 from scipy.spatial.transform import Rotation
 
 from mien.core import InputError, Rig, Skeleton, SurfacePoints
@@ -149,6 +150,11 @@ class Bones:
         """`(K, 3 B)` the displacements of the moved joints alone."""
         return self.moves[:, self.moved].reshape(len(self.names), -1)
 
+    @cached_property
+    def rows(self) -> csr_array:
+        """`(K, 6 B)` turns and displacements of the moved joints: most parameters pose few of them."""
+        return csr_array(np.concatenate([self.turn_rows, self.move_rows], axis=1))
+
 
 @dataclass(frozen=True, eq=False)
 class CarriedPoints:
@@ -212,11 +218,9 @@ class CarriedPoints:
         """Return the points `(M, 3)` [m] under parameters `(K,)`, and their derivatives `(K, M, 3)`."""
         bones, size = self.bones, self.still.size
         found, change = bones.motions(weights)
-        points, by_turn, by_move = derivatives(found, change, bones.places, bones.above, self.shares)
-        slope = bones.turn_rows @ by_turn.reshape(-1, size)
-        if bones.moves.any():
-            slope += bones.move_rows @ by_move.reshape(-1, size)
-        return self.still + points, slope.reshape(-1, *self.still.shape)
+        points, slopes = derivatives(found, change, bones.places, bones.above, self.shares)
+        slope = bones.rows @ slopes.reshape(-1, size)
+        return self.still + points, np.asarray(slope).reshape(-1, *self.still.shape)
 
 
 def parents_first(parents: Ints) -> list[int]:

@@ -50,19 +50,24 @@ def motions(turns: Floats, moves: Floats, places: Floats, parents: Ints) -> tupl
     for f in range(frames):
         for b in range(count):
             turn, changes[f, b] = exponential(turns[f, b])
-            shift = places[b] + moves[f, b] - turn @ places[b]
-            if parents[b] >= 0:
-                above = found[f, parents[b]]
-                shift = above[:, :3].copy() @ shift + above[:, 3]
-                turn = above[:, :3].copy() @ turn
-            found[f, b, :, :3], found[f, b, :, 3] = turn, shift
+            shift = places[b] + moves[f, b]
+            for i in range(3):
+                for j in range(3):
+                    shift[i] -= turn[i, j] * places[b, j]
+            if parents[b] < 0:
+                found[f, b, :, :3], found[f, b, :, 3] = turn, shift
+                continue
+            above = found[f, parents[b]]
+            for i in range(3):
+                found[f, b, i, :3] = above[i, 0] * turn[0] + above[i, 1] * turn[1] + above[i, 2] * turn[2]
+                found[f, b, i, 3] = (
+                    above[i, 0] * shift[0] + above[i, 1] * shift[1] + above[i, 2] * shift[2] + above[i, 3]
+                )
     return found, changes
 
 
 @njit(cache=True, nogil=True)
-def derivatives(
-    motion: Floats, change: Floats, places: Floats, parents: Ints, shares: Floats
-) -> tuple[Floats, Floats, Floats]:
+def derivatives(motion: Floats, change: Floats, places: Floats, parents: Ints, shares: Floats) -> tuple[Floats, Floats]:
     """Return where points are carried, and their derivatives by each joint's turn and displacement.
 
     Args:
@@ -71,12 +76,13 @@ def derivatives(
         shares: `(B, M, 4)` each point's place and 1 at rest, times the joint's weight there.
 
     Returns:
-        `(M, 3)` sums over the joints, and twice `(B, 3, M, 3)`: by component of the turn, and of the displacement.
+        `(M, 3)` sums over the joints, and `(2, B, 3, M, 3)` by component of the turn, and of the displacement.
     """
     count, points = shares.shape[:2]
     held = np.zeros((count, points, 4))  # what hangs on each joint: weighted places, and weights
     total = np.zeros((points, 3))
-    by_turn, by_move = np.zeros((count, 3, points, 3)), np.zeros((count, 3, points, 3))
+    slopes = np.zeros((2, count, 3, points, 3))
+    by_turn, by_move = slopes
     for b in range(count - 1, -1, -1):
         for m in range(points):
             share = shares[b, m]
@@ -109,4 +115,4 @@ def derivatives(
                 by_turn[b, c, m, 2] = spin[0, c] * y - spin[1, c] * x
                 for a in range(3):
                     by_move[b, c, m, a] = above[a, c] * weight
-    return total, by_turn, by_move
+    return total, slopes

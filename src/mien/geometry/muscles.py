@@ -55,6 +55,17 @@ def across(seam: Floats, points: Floats) -> Floats:
     return np.asarray(within + beyond[:, None] * along)
 
 
+def beside(seam: Floats, points: Floats) -> Floats:
+    """Return the `(M, 3)` places on a seam `(S, 3)` nearest to points; beyond its ends it goes on straight.
+
+    What `across` is for lids, this is for lips: those of a snout run around it, and most of
+    them lie in one place along the line between their corners.
+    """
+    far = fibre_length(seam) + float(np.ptp(np.concatenate([seam, points]), axis=0).sum())
+    before, after = seam[:1] - far * unit(seam[1:2] - seam[:1]), seam[-1:] + far * unit(seam[-1:] - seam[-2:-1])
+    return on_polyline(np.concatenate([before, seam, after]), points)[2]
+
+
 def pull(muscle: Muscle, points: Floats) -> Floats:
     """Return the `(M, 3)` displacement of skin that follows a linear muscle fully at contraction 1.
 

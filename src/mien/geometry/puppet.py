@@ -16,7 +16,7 @@ from mien.core import InputError, Rig
 from mien.core.anatomy import AXES, Anatomy, Cluster, Controls, Flexor, Muscle
 from mien.core.arrays import Floats, Ints
 from mien.core.errors import unknown
-from mien.geometry.muscles import across, drawn, pull
+from mien.geometry.muscles import across, beside, drawn, pull
 
 
 def controls_of(rig: Rig) -> tuple[str, ...]:
@@ -41,7 +41,10 @@ class _Pull:
     def of(cls, muscle: Muscle, points: Floats) -> _Pull:
         ids = np.flatnonzero(muscle.weights)
         near = points[ids]
-        reach = pull(muscle, near) if muscle.seam is None else across(muscle.seam, near)
+        if muscle.seam is None:
+            reach = pull(muscle, near)
+        else:
+            reach = (beside if muscle.pivot is None else across)(muscle.seam, near)
         return cls(muscle, ids, muscle.weights[ids], reach)
 
     def displacement(self, points: Floats, contraction: float) -> Floats:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cached_property
+
 import igl
 import igl.embree
 import numpy as np
@@ -40,6 +43,38 @@ def unit(vectors: Floats) -> Floats:
     return np.asarray(np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0))
 
 
+@dataclass(frozen=True, eq=False)
+class Searchable:
+    """A surface whose closest points are asked for more than once: its tree is built the first time.
+
+    Attributes:
+        vertices: `(N, 3)`.
+        triangles: `(T, 3)`; degenerate ones are handled.
+    """
+
+    vertices: Floats
+    triangles: Ints
+
+    def closest(self, queries: Floats) -> tuple[SurfacePoints, Floats, Ints]:
+        """Find the nearest points of the surface, as `closest_points` does."""
+        if len(self.triangles) == 0:
+            raise InputError("the mesh has no triangles to find a closest point on.")
+        tree, vertices, triangles = self._tree
+        places = np.ascontiguousarray(queries, dtype=np.float64)
+        squared, where, found = tree.squared_distance(vertices, triangles, places)
+        corners = triangles[where]
+        weights = barycentric(found, *(vertices[corners[:, i]] for i in range(3)))
+        return SurfacePoints(corners, weights), np.sqrt(np.asarray(squared)), np.asarray(where)
+
+    @cached_property
+    def _tree(self) -> tuple[igl.AABB, Floats, Ints]:
+        vertices = np.ascontiguousarray(self.vertices, dtype=np.float64)
+        triangles = np.ascontiguousarray(self.triangles, dtype=np.int64)
+        tree = igl.AABB()
+        tree.init(vertices, triangles)
+        return tree, vertices, triangles
+
+
 def closest_points(vertices: Floats, triangles: Ints, queries: Floats) -> tuple[SurfacePoints, Floats, Ints]:
     """Find the nearest point of the surface to each query: on the surface, not the nearest vertex.
 
@@ -54,16 +89,7 @@ def closest_points(vertices: Floats, triangles: Ints, queries: Floats) -> tuple[
     Raises:
         InputError: there is no triangle.
     """
-    if len(triangles) == 0:
-        raise InputError("the mesh has no triangles to find a closest point on.")
-    squared, where, found = igl.point_mesh_squared_distance(
-        np.ascontiguousarray(queries, dtype=np.float64),
-        np.ascontiguousarray(vertices, dtype=np.float64),
-        np.ascontiguousarray(triangles, dtype=np.int64),
-    )
-    corners = np.asarray(triangles, dtype=np.int64)[where]
-    weights = barycentric(found, *(vertices[corners[:, i]] for i in range(3)))
-    return SurfacePoints(corners, weights), np.sqrt(np.asarray(squared)), np.asarray(where)
+    return Searchable(vertices, triangles).closest(queries)
 
 
 def barycentric(points: Floats, a: Floats, b: Floats, c: Floats) -> Floats:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from mien.core import Correctives, FileError, InputError
 from mien.core.correctives import correctives_of
-from mien.io.documents import is_number, read_document
+from mien.io.values import is_number, read_document
 
 FORMAT = "mien-correctives"
 

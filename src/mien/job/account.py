@@ -12,7 +12,7 @@ from mien.core.arrays import Floats
 from mien.io.files import written_whole
 from mien.job.likeness import actor_pictures, reading_of
 from mien.job.outputs import REPORTS
-from mien.job.retarget import Result
+from mien.job.request import Result
 from mien.look import plots
 from mien.look.page import Figure, Notes, Section, Table, page
 from mien.look.portrait import Portrait

@@ -7,25 +7,26 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from pathlib import Path
 
-from mien.core import Note
+from mien.core import Note, Rig
 from mien.io.formats import format_of, read_rig
+from mien.job.request import Request
 from mien.vocabularies.expressions import BLINKS, EMOTIONS, VISEMES
 
-if TYPE_CHECKING:
-    from mien.job.retarget import Request
+Reader = Callable[[Path], Rig]
 
 AUTO = "auto"
 MOSTLY = 0.5
 """A character with more than this share of emotions, visemes and blinks among its shapes is made of extremes."""
 
 
-def chosen(request: Request) -> tuple[Request, tuple[Note, ...]]:
+def chosen(request: Request, read: Reader = read_rig) -> tuple[Request, tuple[Note, ...]]:
     """Settle the method of a request that leaves it open.
 
     Args:
         request: what is asked for; unless its method is `auto` it is returned as it is.
+        read: reads the character, if it has to be looked at.
 
     Returns:
         The request with a method, and a note that says why this one.
@@ -35,32 +36,32 @@ def chosen(request: Request) -> tuple[Request, tuple[Note, ...]]:
     """
     if request.method != AUTO:
         return request, ()
-    name, why = next(((name, why) for holds, name, why in RULES if holds(request)), OTHERWISE)
+    name, why = next(((name, why) for holds, name, why in RULES if holds(request, read)), OTHERWISE)
     return replace(request, method=name), (Note("method-chosen", f"chose {name}: {why}.", name),)
 
 
-def _picked_extremes(request: Request) -> bool:
+def _picked_extremes(request: Request, _: Reader) -> bool:
     return request.extremes is not None
 
 
-def _labelled(request: Request) -> bool:
+def _labelled(request: Request, _: Reader) -> bool:
     return request.examples is not None or bool(request.animations)
 
 
-def _only_names(request: Request) -> bool:
+def _only_names(request: Request, _: Reader) -> bool:
     kind = format_of(request.performance)
     return request.actor is None and kind.read_markers is None and kind.read_rig is None
 
 
-def _made_of_extremes(request: Request) -> bool:
+def _made_of_extremes(request: Request, read: Reader) -> bool:
     if format_of(request.character).read_rig is None:
         return False
-    names = read_rig(request.character).blendshapes.names
+    names = read(request.character).blendshapes.names
     known = {*EMOTIONS, *VISEMES, *BLINKS}
     return sum(name in known for name in names) > MOSTLY * max(1, len(names))
 
 
-RULES: tuple[tuple[Callable[[Request], bool], str, str], ...] = (
+RULES: tuple[tuple[Callable[[Request, Reader], bool], str, str], ...] = (
     (_picked_extremes, "layers", "frames were picked as extremes (--extremes)"),
     (_labelled, "latent", "labelled frames or existing animation of the character were given to learn from"),
     (

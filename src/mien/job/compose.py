@@ -10,7 +10,7 @@ from mien.core import Clip, InputError, Note, Rig
 from mien.io.formats import read_clip, read_rig, write_clip
 from mien.io.weights import write_clip as write_weights
 from mien.job.exact import MESHES, write_shown
-from mien.job.retarget import Result
+from mien.job.request import Result
 from mien.retargeting.layers import LayeredRetargeter, Layers, rig_face, split_clip, split_rig
 from mien.retargeting.layers.compose import curves_of, projection
 from mien.retargeting.layers.dynamics import Dynamics

@@ -9,7 +9,7 @@ from pathlib import Path
 from mien.io import gltf, trc
 from mien.io.documents import write_landmarks
 from mien.io.formats import read_clip, read_rig
-from mien.job.retarget import Request
+from mien.job.request import Request
 from mien.job.rig import BUILTIN, RigRequest
 from mien.library import actor, character, performance
 from mien.library.cast import EXTREMES, cast_member

@@ -14,7 +14,7 @@ from pathlib import Path
 from mien.core import Clip, Rig
 from mien.io import gltf
 from mien.io.formats import write_clip
-from mien.job.retarget import Result
+from mien.job.request import Result
 from mien.retargeting.layers import LayeredRetargeter, split_clip, split_rig
 
 MESHES = (".glb", ".gltf")

@@ -12,13 +12,14 @@ import numpy as np
 
 from mien.core import Examples, FileError, InputError, Markers, Note, Rig
 from mien.core.arrays import Ints
-from mien.io.documents import read_examples, write_examples
+from mien.io.examples import read_examples, write_examples
 from mien.job.labelled import Source, Target, read_target, source_of
 from mien.job.likeness import actor_pictures
 from mien.job.model import SUFFIX
 from mien.job.pairs import DEFAULT_COUNT
 from mien.job.performance import Performance, load_performance
-from mien.job.retarget import Fitted, frames_of
+from mien.job.request import Fitted
+from mien.job.retarget import frames_of
 from mien.job.suggest import Asked, ask, chosen
 from mien.look.raster import Picture
 from mien.look.sheet import Labelled, Row, save_png, sheet

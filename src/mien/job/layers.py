@@ -14,7 +14,8 @@ import numpy as np
 from mien.capture import Neutral
 from mien.core import Correspondence, Examples, Markers, Rig, SurfacePoints
 from mien.geometry.correspond import spread_points
-from mien.io.documents import join, read_extremes
+from mien.io.documents import join
+from mien.io.examples import read_extremes
 from mien.job.pairs import OWN, rig_landmarks
 from mien.job.performance import Performance
 from mien.retargeting.layers.posed import posed_extremes, shared_table

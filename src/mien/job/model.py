@@ -11,11 +11,13 @@ from mien.io.formats import read_rig
 from mien.job.bones import Driven, packed_bones, unpacked_bones
 from mien.job.labelled import bones_of
 from mien.job.performance import load_performance
-from mien.job.retarget import Fitted, Progress, Request, Result, play, stopwatch
+from mien.job.request import MODEL, Fitted, Request, Result
+from mien.job.retarget import play
+from mien.job.stages import Progress, stopwatch
 from mien.retargeting.saved import packed, unpacked
 
 FORMAT, VERSION = "mien-model", 1
-SUFFIX = ".mien"
+SUFFIX = MODEL
 
 
 def save_model(path: Path, fitted: Fitted) -> None:

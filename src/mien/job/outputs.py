@@ -13,7 +13,7 @@ from mien.io.files import written_whole
 from mien.io.formats import FORMATS, write_clip
 from mien.job.exact import MESHES, exactly, write_shown
 from mien.job.pairs import OWN
-from mien.job.retarget import Request, Result
+from mien.job.request import Request, Result
 from mien.vocabularies import ARKIT_NAMES, match
 
 CSV_FORMATS = tuple(row.name for row in FORMATS if ".csv" in row.suffixes and row.write_clip)

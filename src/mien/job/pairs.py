@@ -6,9 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from mien.capture import fill_gaps, find_neutral
 from mien.capture.neutral import neutral_at
-from mien.core import Correspondence, FileError, InputError, Markers, Note, Rig, SurfacePoints
+from mien.core import Correspondence, FileError, InputError, Note, Rig, SurfacePoints
 from mien.core.arrays import Floats
 from mien.geometry.correspond import Placement, marker_points, mesh_points, place, spread_points
 from mien.io.documents import join, landmarks_on_markers, landmarks_on_mesh, read_landmarks, read_pairs
@@ -52,7 +51,7 @@ def find_pairs(
     mine, theirs = (None if path == OWN else path for path in landmarks or (OWN, OWN))
     target = _target_landmarks(character, theirs)
     if performance.markers is not None:
-        return _from_markers(performance.markers, character, target, mine, neutral)
+        return _from_markers(performance, character, target, mine, neutral)
     if performance.actor is None:
         raise InputError(f"{performance.path} holds weights; give the actor's rig with --actor, or use --method copy.")
     return _from_mesh(performance.actor, character, target, mine, count)
@@ -84,12 +83,14 @@ def _target_landmarks(character: Rig, given: Path | None) -> dict[str, SurfacePo
 
 
 def _from_markers(
-    markers: Markers, character: Rig, target: dict[str, SurfacePoints], given: Path | None, neutral: str | None
+    performance: Performance,
+    character: Rig,
+    target: dict[str, SurfacePoints],
+    given: Path | None,
+    neutral: str | None,
 ) -> tuple[Correspondence, tuple[Note, ...]]:
-    seen = [markers.names[i] for i in np.flatnonzero(markers.seen.any(axis=0))]
-    markers = fill_gaps(markers.only(seen))  # a marker that is never seen says nothing about where the others are
-    frame = frame_number(neutral)
-    rest = (neutral_at(markers, frame) if frame is not None else find_neutral(markers)).points
+    markers, frame = performance.bridged, frame_number(neutral)
+    rest = (neutral_at(markers, frame) if frame is not None else performance.rest).points
     if given is not None:
         source = landmarks_on_markers(read_landmarks(given), markers, rest, given)
     else:

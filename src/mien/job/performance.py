@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
-from mien.capture import Neutral, trace
+from mien.capture import Neutral, fill_gaps, find_neutral, trace
 from mien.capture.neutral import neutral_at
 from mien.core import Clip, Correspondence, FileError, InputError, Markers, Rig
 from mien.core.arrays import Floats
@@ -49,6 +50,23 @@ class Performance:
                 f"{self.path} holds weights; to follow points the actor's rig is needed: give it with --actor."
             )
         return trace(self.actor, self.clip, pairs.source, pairs.names)
+
+    @cached_property
+    def bridged(self) -> Markers:
+        """The markers that are ever seen, short gaps filled: one that never is says nothing about where the others are."""
+        assert self.markers is not None
+        seen = np.flatnonzero(self.markers.seen.any(axis=0))
+        return fill_gaps(self.markers.only([self.markers.names[i] for i in seen]))
+
+    @cached_property
+    def rest(self) -> Neutral:
+        """The face at rest, found in the bridged markers."""
+        return find_neutral(self.bridged)
+
+    def rest_at(self, pairs: Correspondence) -> Neutral | None:
+        """Return the rest found in the take for a method that would look for it at these very points; None if it would not."""
+        alike = self.markers is not None and pairs.names == self.bridged.names
+        return self.rest if alike and (np.asarray(pairs.confidence) > 0).all() else None
 
     def neutral(self, pairs: Correspondence, given: str | None = None) -> Neutral | None:
         """Return the actor at rest at the paired points, where it is known or given.

@@ -12,7 +12,8 @@ from mien.core import Clip, InputError, Markers
 from mien.core.arrays import Floats, Ints
 from mien.job.model import load_model
 from mien.job.performance import Performance, load_performance
-from mien.job.retarget import Fitted, frames_of
+from mien.job.request import Fitted
+from mien.job.retarget import frames_of
 from mien.retargeting.by_example import ExampleRetargeter
 from mien.retargeting.samples import Samples
 from mien.retargeting.suggest import suggest

@@ -14,15 +14,16 @@ weights, with the derivatives of `p` in place of the shapes.
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from functools import cached_property
 
 import numpy as np
 
 from mien.core import Correspondence, Markers, Report, Rig
-from mien.core.arrays import Floats, matching
+from mien.core.arrays import Flags, Floats, matching
 from mien.geometry.bones import Bones, CarriedPoints
 from mien.retargeting.energy import RATE, TOLERANCE, FrameSolver
 from mien.retargeting.shape_retargeter import ShapeRetargeter
-from mien.solve import solve_lasso
+from mien.solve import LassoProblem, solve_lasso
 
 MOST_STEPS = 5
 SETTLED = 1e-3
@@ -50,8 +51,7 @@ class BoneSolver(FrameSolver):
 
     def displaced(self, weights: Floats) -> Floats:
         """Return the actor's points `p`, `(…, M, 3)` [cm] from neutral, under weights `(…, K)`."""
-        bent = self.carried.at(weights) - self.carried.rest - np.tensordot(weights, self.carried.chords, axes=1)
-        return np.asarray(np.tensordot(weights, self.shapes, axes=1) + bent @ self.to_actor)
+        return self._seen_from_actor(weights, self.carried.at(weights))
 
     def batch(self, take: Floats, fps: float = RATE) -> tuple[Floats, float]:
         """Solve a take as `step` does, frame after frame; see `FrameSolver.batch`."""
@@ -75,14 +75,17 @@ class BoneSolver(FrameSolver):
             return weights, 0.0
         follow = 0.0 if before is None else 2 * self._smoothness(fps)
         last, change, residual = weights, np.inf, 0.0
+        root = self._roots(seen)
         for _ in range(MOST_STEPS):
             if change > FAR:
                 points, slopes = self.around(weights)
-                problem, scaled = self._linear(slopes, follow).problem(seen)
+                rows = (slopes * root[:, None]).reshape(len(slopes), -1)
+                problem = self._linear(rows, follow)
             else:
                 points = self.displaced(weights)
-            wanted = np.where(seen[:, None], frame - points + np.tensordot(weights, slopes, axes=1), 0.0)
-            solved = solve_lasso(problem, scaled @ wanted.ravel() + follow * last, weights, tol=TOLERANCE)
+            wanted = np.where(seen[:, None], frame - points, 0.0) * root[:, None]
+            q = rows @ (wanted.ravel() + weights @ rows) + follow * last
+            solved = solve_lasso(problem, q, weights, tol=TOLERANCE)
             change = float(np.abs(solved.weights - weights).max())
             weights, residual = solved.weights, float(solved.kkt)
             if change < SETTLED:
@@ -92,15 +95,28 @@ class BoneSolver(FrameSolver):
     def around(self, weights: Floats) -> tuple[Floats, Floats]:
         """Return `p` `(M, 3)` and its derivatives `(K, M, 3)` [cm]."""
         points, slopes = self.carried.around(weights)
-        bent = points - self.carried.rest - np.tensordot(weights, self.carried.chords, axes=1)
-        own = np.tensordot(weights, self.shapes, axes=1) + bent @ self.to_actor
-        return own, self.shapes + (slopes - self.carried.chords) @ self.to_actor
+        return self._seen_from_actor(weights, points), self._beside_chords + slopes @ self.to_actor
 
-    def _linear(self, slopes: Floats, follow: float) -> FrameSolver:
-        """Return the energy of shapes, with what a change from the frame before costs as part of its quadratic form."""
-        mine = {field.name: getattr(self, field.name) for field in fields(FrameSolver)}
-        regular = self.regular + follow * np.eye(len(slopes))
-        return FrameSolver(**{**mine, "shapes": slopes, "regular": regular})
+    def _seen_from_actor(self, weights: Floats, points: Floats) -> Floats:
+        """Return what the actor's points do `(…, M, 3)` [cm] where the character's are at `points` [m]."""
+        own = np.tensordot(weights, self._beside_chords, axes=1)
+        return np.asarray(own + (points - self.carried.rest) @ self.to_actor)
+
+    @cached_property
+    def _beside_chords(self) -> Floats:
+        """`(K, M, 3)` what the actor's shapes have beyond the chords of the character's bones [cm]."""
+        return self.shapes - self.carried.chords @ self.to_actor
+
+    def _roots(self, seen: Flags) -> Floats:
+        """Return `(M,)` the square roots of what a squared displacement of each marker costs."""
+        weight = np.where(seen, self.confidence, 0.0)
+        return np.asarray(np.sqrt(2 * weight / max(weight.sum(), 1e-12)))
+
+    def _linear(self, rows: Floats, follow: float) -> LassoProblem:
+        """Return the energy around some weights, given `(K, 3 M)` weighted derivatives and what following costs."""
+        gram = rows @ rows.T + self.regular
+        gram.flat[:: len(gram) + 1] += follow
+        return LassoProblem(gram, self.l1, self.lower, self.upper, self.exclusive)
 
 
 @dataclass(frozen=True, eq=False)

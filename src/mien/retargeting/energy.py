@@ -9,8 +9,7 @@ asked, `s |w - w_before|²`, a penalty on the difference of symmetric pairs, and
 `ρ/M Σ |Δp_k|² w_k²`: what shapes that are a little wrong, each on its own, would add to
 the error.  `Δp` are the actor's own blendshapes at the markers, so everything a frame needs
 is one `K × K` Gram matrix and one `K`-vector: a lasso in a fixed matrix.  On a rig with
-correctives `w` are the weights of all shapes as the free ones drive them (`solve.driven`);
-with contact, frames in which the actor's lids or lips touch add what a gap costs (`contact`).
+correctives `w` are the weights of all shapes as the free ones drive them (`solve.driven`).
 """
 
 from __future__ import annotations
@@ -25,10 +24,9 @@ import numpy as np
 from mien.core import Correctives, InputError
 from mien.core.arrays import Flags, Floats, Ints
 from mien.core.errors import unknown
-from mien.retargeting.contact import Contacts
 from mien.retargeting.prior import PRIORS
 from mien.retargeting.settings import SolveSettings
-from mien.solve import LassoProblem, LassoSolution, Varying, solve_driven, solve_lasso, symmetric_penalty
+from mien.solve import LassoProblem, LassoSolution, solve_driven, solve_lasso, symmetric_penalty
 
 RATE = 30.0
 """The frame rate for which the smoothness is stated."""
@@ -49,7 +47,6 @@ class FrameSolver:
         exclusive: `(P, 2)` pairs never active together.
         settings: as asked for.
         correctives: which weights follow from others; None if all are free.
-        contacts: what closes with the actor; None if nothing is made to.
     """
 
     shapes: Floats
@@ -61,12 +58,11 @@ class FrameSolver:
     exclusive: Ints
     settings: SolveSettings
     correctives: Correctives | None = None
-    contacts: Contacts | None = None
 
     @property
     def convex(self) -> bool:
         """Whether a whole take is one convex problem in which every frame is like this one."""
-        return not len(self.exclusive) and self.correctives is None and self.contacts is None
+        return not len(self.exclusive) and self.correctives is None
 
     def problem(self, seen: Flags) -> tuple[LassoProblem, Floats]:
         """Return the problem for frames that see these markers `(M,)`, and `2/M Δp` for its data vectors."""
@@ -101,7 +97,7 @@ class FrameSolver:
             if key not in problems:
                 problems[key] = self.problem(seen[begin])
             problem, scaled = problems[key]
-            solved = self._minimised(problem, data[begin:end] @ scaled.T, take[begin:end], before, fps)
+            solved = self._minimised(problem, data[begin:end] @ scaled.T, before, fps)
             weights[begin:end] = solved.weights
             before = solved.weights[-1]
             worst = max(worst, float(solved.kkt.max()))
@@ -114,21 +110,14 @@ class FrameSolver:
             return np.zeros(len(self.shapes)) if before is None else before
         problem, scaled = self._whole if seen.all() else self.problem(seen)
         q = np.where(seen[:, None], displacements, 0.0).ravel() @ scaled.T
-        return self._minimised(problem, q, displacements, before, fps).weights
+        return self._minimised(problem, q, before, fps).weights
 
-    def _minimised(
-        self, problem: LassoProblem, q: Floats, displacements: Floats, before: Floats | None, fps: float
-    ) -> LassoSolution:
+    def _minimised(self, problem: LassoProblem, q: Floats, before: Floats | None, fps: float) -> LassoSolution:
         """Solve one frame or several that see the same markers, given their data vectors too."""
-        smoothness, varying = self._smoothness(fps), None
-        if self.contacts is not None:
-            closed = self.contacts.closed(displacements)
-            q, varying = q + closed @ self.contacts.pulls, Varying(self.contacts.forms, closed)
+        smoothness = self._smoothness(fps)
         if self.correctives is not None:
-            return solve_driven(
-                problem, self.correctives, q, before, smoothness=smoothness, tol=TOLERANCE, varying=varying
-            )
-        return solve_lasso(problem, q, before, smoothness=smoothness, tol=TOLERANCE, varying=varying)
+            return solve_driven(problem, self.correctives, q, before, smoothness=smoothness, tol=TOLERANCE)
+        return solve_lasso(problem, q, before, smoothness=smoothness, tol=TOLERANCE)
 
     def _smoothness(self, fps: float) -> float:
         """Return what a squared change between frames costs: a weight that moves at one speed pays alike at any rate."""

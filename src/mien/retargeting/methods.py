@@ -3,31 +3,51 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import fields, is_dataclass, replace
+from importlib import import_module
 from typing import Any
 
 from mien.core import InputError
 from mien.core.errors import unknown
-from mien.retargeting.copying import Copy
-from mien.retargeting.direct import Direct
-from mien.retargeting.example_based import ExampleBased
-from mien.retargeting.few_labels import Latent
-from mien.retargeting.latent.method import Sgplvm
-from mien.retargeting.layers import Layers
 from mien.retargeting.method import Method
-from mien.retargeting.range_of_motion import RangeOfMotion
-from mien.retargeting.rbf import Rbf
-from mien.retargeting.regression.methods import CrossMapping, Gpr, Ridge, Svr
-from mien.retargeting.spacetime import Spacetime
 
-_ROWS: tuple[type[Method], ...] = (
-    *(RangeOfMotion, Layers, Latent),
-    *(ExampleBased, Spacetime),
-    *(Rbf, Direct, Copy),
-    *(Sgplvm, Gpr, Svr, Ridge, CrossMapping),
-)
-METHODS: dict[str, type[Method]] = {method.name: method for method in _ROWS}
+_ROWS = {
+    "range-of-motion": "range_of_motion:RangeOfMotion",
+    "layers": "layers:Layers",
+    "latent": "few_labels:Latent",
+    "example-based": "example_based:ExampleBased",
+    "spacetime": "spacetime:Spacetime",
+    "rbf": "rbf:Rbf",
+    "direct": "direct:Direct",
+    "copy": "copying:Copy",
+    "sgplvm": "latent.method:Sgplvm",
+    "gpr": "regression.methods:Gpr",
+    "svr": "regression.methods:Svr",
+    "ridge": "regression.methods:Ridge",
+    "cross-mapping": "regression.methods:CrossMapping",
+}
+"""Each method's name, and the module and class it is."""
+
+
+class MethodTable(Mapping[str, type[Method]]):
+    """The methods by name, each imported when it is first looked up: a command needs one, and all take a while."""
+
+    def __getitem__(self, name: str) -> type[Method]:
+        """Return a method."""
+        module, _, kind = _ROWS[name].partition(":")
+        return getattr(import_module(f"mien.retargeting.{module}"), kind)  # type: ignore[no-any-return]
+
+    def __iter__(self) -> Iterator[str]:
+        """Go over the names."""
+        return iter(_ROWS)
+
+    def __len__(self) -> int:
+        """Return how many methods there are."""
+        return len(_ROWS)
+
+
+METHODS: Mapping[str, type[Method]] = MethodTable()
 
 
 def make_method(name: str, settings: dict[str, Any] | None = None) -> Method:

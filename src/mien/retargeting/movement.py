@@ -72,8 +72,7 @@ class MovementSolver:
         if uniform is not None:
             weights = solve_uniform(*uniform, problem.load)
         else:
-            start, _ = self.frame.batch(take, fps)
-            weights = solve_clip(problem, start, tol=TOLERANCE).weights
+            weights = solve_clip(problem, np.zeros(problem.load.shape), tol=TOLERANCE).weights
         return weights, problem.kkt(weights)
 
     def problem(self, take: Floats, steps: Ints, fps: float) -> tuple[ClipProblem, tuple[Floats, Floats] | None]:

@@ -22,7 +22,12 @@ from mien.retargeting.settings import SolveSettings
 from mien.retargeting.shape_retargeter import ShapeRetargeter
 from mien.retargeting.spacetime import SpacetimeRetargeter
 
-CONTACTS = ("forms", "pulls", "reading", "open", "shut")
+CONTACTS = {
+    "reading": "RM3",
+    **dict.fromkeys(("begin", "full", "shut", "follow", "parts", "rest"), "R"),
+    **dict.fromkeys(("opening", "ways"), "RK"),
+}
+"""The arrays of contacts and their shapes: of `R` openings, `K` shapes and `M` markers."""
 
 Packed = tuple[dict[str, Any], dict[str, NDArray[Any]]]
 
@@ -101,9 +106,9 @@ def _packed_shapes(fitted: ShapeRetargeter) -> Packed:
     }
     if fitted.stabiliser is not None:
         arrays["stability"] = fitted.stabiliser.stability
-    if solver.contacts is not None:
-        header["contacts"] = solver.contacts.names
-        arrays |= {f"contact_{name}": getattr(solver.contacts, name) for name in CONTACTS}
+    if fitted.contacts is not None:
+        header["contacts"] = fitted.contacts.names
+        arrays |= {f"contact_{name}": getattr(fitted.contacts, name) for name in CONTACTS}
     if solver.correctives is not None:
         arrays |= {f"corrective_{name}": getattr(solver.correctives, name) for name in ("shapes", "drivers", "at")}
     return header, arrays
@@ -135,7 +140,6 @@ def _unpacked_shapes(header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any
         **{name: arrays[name] for name in ("shapes", "confidence", "regular", "l1", "lower", "upper", "exclusive")},
         settings=SolveSettings(**settings),
         correctives=_correctives(arrays, k),
-        contacts=_contacts(header, arrays, k, m),
     )
     stabiliser = None
     if header["softness"] is not None:
@@ -154,15 +158,17 @@ def _unpacked_shapes(header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any
         dict(header["evidence"]),
         header["neutral_frame"],
         _noted(header),
+        contacts=_contacts(header, arrays, k, m),
     )
 
 
 def _contacts(header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]], k: int, m: int) -> Contacts | None:
     if "contacts" not in header:
         return None
-    r = len(header["contacts"])
+    sizes = {"R": len(header["contacts"]), "K": k, "M": m, "3": 3}
     found = {name: arrays[f"contact_{name}"] for name in CONTACTS}
-    for (name, array), shape in zip(found.items(), ((r, k, k), (r, k), (r, m, 3), (r,), (r,)), strict=True):
+    for name, array in found.items():
+        shape = tuple(sizes[letter] for letter in CONTACTS[name])
         if array.shape != shape or not np.isfinite(array).all():
             raise ValueError(f"contact_{name} has shape {array.shape}, not {shape} finite numbers")
     return Contacts(tuple(header["contacts"]), **found)

@@ -35,8 +35,8 @@ class SolveSettings:
             left in, they take over the jaw's curve. Shapes that match are used all the same if
             the character has no others.
         unseen: whether a shape costs more the more it moves the face where no marker is.
-        contact: the cost of a squared gap [1/cm²] between the character's lids or lips where the
-            actor's touch; 0 asks for none.
+        contact: how far the gap of the character's lids and lips is brought to the actor's where
+            these close: 0 not at all, 1 all the way.
         shape_sparsity: per-shape factors on ν, by name.
         exclusive: pairs of shapes that are never active together.
         symmetric: pairs of shapes drawn towards equal weights.
@@ -63,6 +63,8 @@ class SolveSettings:
             value = getattr(self, name)
             if not (np.isfinite(value) and value >= 0):
                 raise InputError(f"{name} must be a number of at least 0, but is {value}.")
+        if self.contact > 1:
+            raise InputError(f"contact must be a number from 0 (none) to 1 (all the way), but is {self.contact}.")
         if self.prior_kind not in PRIORS:
             raise InputError(unknown("prior", self.prior_kind, PRIORS))
         if self.bounds is not None and not self.bounds[0] <= 0 <= self.bounds[1]:

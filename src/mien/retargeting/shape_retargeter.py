@@ -7,16 +7,16 @@ smoothed by the frame before; in a whole take by both neighbours, unless that is
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from mien.capture import Stabiliser
 from mien.core import Clip, Correspondence, InputError, Markers, Note, Report, Rig
-from mien.core.arrays import Floats
+from mien.core.arrays import Flags, Floats
 from mien.geometry.align import Similarity, inverse_rigid, transform
-from mien.retargeting.contact import find_contacts
+from mien.retargeting.contact import Contacts, find_contacts
 from mien.retargeting.energy import FrameSolver, frame_solver
 from mien.retargeting.movement import MovementSolver
 from mien.retargeting.prepare import Prepared
@@ -60,6 +60,7 @@ class ShapeRetargeter:
         evidence: per shape, how well the training take shows it.
         notes: of the fit.
         alignment: what the fit found on the way, for looking into; None once saved.
+        contacts: what is made to touch where the actor does; None if nothing is.
     """
 
     method: str
@@ -76,6 +77,7 @@ class ShapeRetargeter:
     neutral_frame: int | None
     notes: tuple[Note, ...] = ()
     alignment: Any = None
+    contacts: Contacts | None = None
 
     def retarget(self, performance: Markers) -> tuple[Clip, Report]:
         """Map a take onto the character.
@@ -94,6 +96,7 @@ class ShapeRetargeter:
             raise InputError("no frame of the performance sees any of the paired markers.")
         take, motion = self.displacements(markers.points)
         weights, residual = self.solved(take, markers.fps)
+        weights = self.touching(weights, take)
         head = None if motion is None else self.placement.conjugate(motion)
         clip = Clip(self.names, weights, markers.fps, head)
         return clip, self._report(take, weights, residual, markers)
@@ -101,6 +104,14 @@ class ShapeRetargeter:
     def solved(self, take: Floats, fps: float) -> tuple[Floats, float]:
         """Return weights `(F, K)` of a take `(F, M, 3)` [cm], and the largest KKT residual."""
         return MovementSolver(self.solver, 0.0).clip(take, fps) if self.ahead else self.solver.batch(take, fps)
+
+    def touching(self, weights: Floats, take: Floats) -> Floats:
+        """Return weights `(F, K)` as solved for a take `(F, M, 3)` [cm], with what touches in it made to touch."""
+        if self.contacts is None:
+            return weights
+        solver = self.solver
+        found = self.contacts.touching(weights, take, (solver.lower, solver.upper), solver.settings.contact)
+        return found if solver.correctives is None else solver.correctives.complete(found)
 
     @property
     def ahead(self) -> bool:
@@ -120,7 +131,7 @@ class ShapeRetargeter:
         """Map one frame of markers `(M, 3)`, NaN where missing, to `(K,)` weights."""
         moved, motion = self.still(frame, state.motion)
         weights = self.solver.step(moved, state.weights, self.fps)
-        return State(weights, motion), weights
+        return State(weights, motion), self.touching(weights[None], moved[None])[0]
 
     def still(self, frame: Floats, motion: Floats) -> tuple[Floats, Floats]:
         """Return how far one frame's points are from the neutral with the head held still, and the head's motion.
@@ -206,9 +217,10 @@ def shape_retargeter(
     cost = cost_of_unseen(character, prepared.pairs) if settings.unseen else np.ones(len(names))
     confidence = np.asarray(prepared.pairs.confidence)
     solver = frame_solver(shapes, names, unlikely, confidence, settings, cost, character.correctives)
+    contacts = None
     if settings.contact > 0:
-        contacts, remark = find_contacts(character, prepared, settings.contact)
-        solver, notes = replace(solver, contacts=contacts), (*notes, remark)
+        contacts, remark = find_contacts(character, prepared, shapes, _free(solver))
+        notes = (*notes, remark)
     return ShapeRetargeter(
         method,
         names,
@@ -224,7 +236,17 @@ def shape_retargeter(
         prepared.neutral.frame,
         (*prepared.notes, *notes),
         alignment,
+        contacts,
     )
+
+
+def _free(solver: FrameSolver) -> Flags:
+    """Return `(K,)` which weights may be changed on their own: no corrective, and none that excludes another."""
+    free = np.ones(len(solver.shapes), dtype=bool)
+    free[solver.exclusive] = False
+    if solver.correctives is not None:
+        free[solver.correctives.shapes] = False
+    return free
 
 
 def check_markers(

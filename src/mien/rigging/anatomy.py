@@ -3,7 +3,8 @@
 What a muscle does is told in the terms of the face it lies in.  The skin that follows it
 may have grown more or less than its fibre, and an expression is judged by the skin: a
 smile is wide for its mouth.  So a muscle pulls as far as the skin that follows it grew,
-or the skin around its moving end if that grew more.
+or the skin around its moving end if that grew more; but never farther than that skin
+can bear without being turned over.
 """
 
 from __future__ import annotations
@@ -37,52 +38,70 @@ def carried_anatomy(generic: Rig, structure: Structure, skeleton: Skeleton | Non
     own = generic.anatomy
     if own is None:
         return None
+    weights = [muscle.weights for muscle in own.muscles] + [cluster.weights for cluster in own.clusters]
+    pulls = carrier.pulls(np.array(weights).reshape(len(weights), -1))
+    muscles = own.muscles and _muscles(generic, pulls[: len(own.muscles)], structure, skeleton, carrier)
     return replace(
         own,
-        muscles=tuple(_muscle(muscle, generic, structure, skeleton, carrier) for muscle in own.muscles),
-        clusters=tuple(_cluster(cluster, structure, carrier) for cluster in own.clusters),
+        muscles=muscles,
+        clusters=own.clusters and _clusters(own.clusters, pulls[len(own.muscles) :], structure),
         flexors=tuple(replace(flexor, weights=carrier.shares(flexor.weights)) for flexor in own.flexors),
         fields={name: carrier.values(values) for name, values in own.fields.items()},
         labels={name: carrier.labels(labels) for name, labels in own.labels.items()},
     )
 
 
-def _muscle(muscle: Muscle, generic: Rig, structure: Structure, skeleton: Skeleton | None, carrier: Carrier) -> Muscle:
-    fibre, growth = structure.line(muscle.fibre), structure.growth(muscle.weights)
-    pulled = max(growth, structure.around(muscle.fibre[-1])[1])
-    wanted = muscle.shortening * pulled * fibre_length(muscle.fibre) / max(fibre_length(fibre), 1e-300)
-    moved = replace(
-        muscle,
-        fibre=fibre,
-        weights=carrier.pulls(muscle.weights),
-        frame=structure.frame(muscle.frame),
-        scale=muscle.scale * growth,
-        shortening=min(wanted, max(SHORTEST, muscle.shortening)),
-        seam=None if muscle.seam is None else structure.line(muscle.seam),
-        pivot=None if muscle.pivot is None else _pivot(muscle.pivot, generic, structure, skeleton),
-    )
-    return moved if moved.pivot is None else _lid(moved, muscle, generic, structure, carrier)
+def _muscles(
+    generic: Rig, pulls: Floats, structure: Structure, skeleton: Skeleton | None, carrier: Carrier
+) -> tuple[Muscle, ...]:
+    """Carry the muscles, whose skin follows them by `pulls` `(M, N)` on the face."""
+    assert generic.anatomy is not None
+    muscles = generic.anatomy.muscles
+    weights = np.stack([muscle.weights for muscle in muscles])
+    growth = structure.growth(weights)
+    pulled = np.maximum(growth, structure.around(np.stack([muscle.fibre[-1] for muscle in muscles]))[1])
+    pulled = np.minimum(pulled, structure.bearable(weights))
+    fibres, frames = structure.lines([m.fibre for m in muscles]), structure.frame(np.stack([m.frame for m in muscles]))
+    seams = iter(structure.lines([muscle.seam for muscle in muscles if muscle.seam is not None]))
+    result = []
+    for row, muscle in enumerate(muscles):
+        longer = fibre_length(muscle.fibre) / max(fibre_length(fibres[row]), 1e-300)
+        moved = replace(
+            muscle,
+            fibre=fibres[row],
+            weights=pulls[row],
+            frame=frames[row],
+            scale=muscle.scale * growth[row],
+            shortening=min(muscle.shortening * pulled[row] * longer, max(SHORTEST, muscle.shortening)),
+            seam=None if muscle.seam is None else next(seams),
+            pivot=None if muscle.pivot is None else _pivot(muscle.pivot, generic, structure, skeleton),
+        )
+        result.append(moved if moved.pivot is None else _lid(moved, muscle, generic, pulls, structure, carrier))
+    return tuple(result)
 
 
-def _lid(moved: Muscle, muscle: Muscle, generic: Rig, structure: Structure, carrier: Carrier) -> Muscle:
+def _lid(moved: Muscle, muscle: Muscle, generic: Rig, pulls: Floats, structure: Structure, carrier: Carrier) -> Muscle:
     """Let a muscle that closes a lid close the face's own."""
     assert generic.anatomy is not None
     assert moved.pivot is not None
-    fit = carrier.fit
-    lids = Lids.of(muscle, generic.anatomy.muscles, fit, structure, carrier.parts, moved.pivot)
+    fit, muscles = carrier.fit, generic.anatomy.muscles
+    lids = Lids.of(muscle, muscles, fit, structure, carrier.parts, moved.pivot)
     if lids is None:
         return moved
-    skin, weights, other = np.flatnonzero(fit.target_skin), np.array(moved.weights), carrier.pulls(lids.partner.weights)
+    partner = next(row for row, one in enumerate(muscles) if one is lids.partner)
+    skin, weights, other = np.flatnonzero(fit.target_skin), np.array(moved.weights), pulls[partner]
     weights[skin] = lids.weights(fit.target.vertices[skin], weights[skin], other[skin], carrier.unsure[skin])
     return replace(moved, seam=lids.seam, weights=weights)
 
 
-def _cluster(cluster: Cluster, structure: Structure, carrier: Carrier) -> Cluster:
-    return replace(
-        cluster,
-        weights=carrier.pulls(cluster.weights),
-        frame=structure.frame(cluster.frame),
-        scale=cluster.scale * structure.growth(cluster.weights),
+def _clusters(clusters: tuple[Cluster, ...], pulls: Floats, structure: Structure) -> tuple[Cluster, ...]:
+    """Carry the clusters, whose skin follows them by `pulls` `(C, N)` on the face."""
+    frames = structure.frame(np.stack([cluster.frame for cluster in clusters]))
+    weights = np.stack([cluster.weights for cluster in clusters])
+    growth = np.minimum(structure.growth(weights), structure.bearable(weights))
+    return tuple(
+        replace(cluster, weights=pulls[row], frame=frames[row], scale=cluster.scale * growth[row])
+        for row, cluster in enumerate(clusters)
     )
 
 

@@ -24,6 +24,8 @@ from mien.rigging.roughness import Smoothing
 
 FAINT = 1e-9
 """Shares below this are rounding errors of the smoothing."""
+BLOCK = 4_000_000
+"""So many values are carried at a time; it bounds the memory."""
 FADE_CM = (0.3, 0.8)
 """Hidden skin follows muscles less and less over these distances from what was laid on it, on a human face."""
 
@@ -59,10 +61,7 @@ class Carrier:
 
     def values(self, values: Floats) -> Floats:
         """Interpolate values `(Ns,)` or `(Ns, C)`."""
-        corners = self.fit.back.corners.ravel()
-        columns = values[corners].reshape(len(self.fit.back), 3, -1)
-        laid = np.einsum("nkc,nk->nc", columns, self.fit.back.weights).reshape(-1, *values.shape[1:])
-        skin = self.smoothing(laid)
+        skin = self.smoothing(np.asarray(self._laid @ values))
         result = np.array(skin)
         for part in self.attached:
             result[part.vertices] = part.weights @ (values if part.counterpart else skin)
@@ -74,10 +73,21 @@ class Carrier:
         return np.where(shares < FAINT, 0.0, shares)
 
     def pulls(self, values: Floats) -> Floats:
-        """Interpolate how fully skin follows a muscle: not at all where it lies hidden and has no counterpart."""
-        shares = self.shares(values)
-        own = shares[: len(self.known)]
-        return np.concatenate([own * np.where(self.fit.target_skin, self.known, 1.0), shares[len(own) :]])
+        """Interpolate how fully skin follows muscles `(M, Ns)`: not at all where it lies hidden and has no counterpart."""
+        count = len(self.fit.back)
+        known = np.append(np.where(self.fit.target_skin, self.known, 1.0), np.ones(len(self.brought)))
+        result, at_once = np.empty((len(values), len(known))), 1 + BLOCK // count
+        for first in range(0, len(values), at_once):
+            some = slice(first, first + at_once)
+            result[some] = self.shares(values[some].T).T * known
+        return result
+
+    @cached_property
+    def _laid(self) -> sparse.csr_matrix:
+        """The `(Nt, Ns)` matrix that interpolates the source's values on the face."""
+        back, count = self.fit.back, len(self.fit.source.vertices)
+        ends = np.arange(0, 3 * len(back) + 1, 3)
+        return sparse.csr_matrix((back.weights.ravel(), back.corners.ravel(), ends), shape=(len(back), count))
 
     @cached_property
     def known(self) -> Floats:

@@ -1,8 +1,8 @@
 """A rigged face's expressions as blendshapes, and its scripts as their weights.
 
-The templates are played on the face and what they add to it is kept.  Where lids and
-lips meet on the generic rig they are made to meet on the face too, and an eye that is
-shut is shut all the way to its corners.
+The templates are played on the face and what they add to it is kept.  Skin that they
+would turn over is relaxed; where lids and lips meet on the generic rig they are made to
+meet on the face too, and an eye that is shut is shut all the way to its corners.
 """
 
 from __future__ import annotations
@@ -15,11 +15,15 @@ from mien.core import Blendshapes, Clip, Note, Rig
 from mien.core.arrays import Floats, matching
 from mien.geometry.templates import template_shapes
 from mien.rigging.blendshapes import closed
+from mien.rigging.membrane import Membrane
 from mien.rigging.sealing import Eye, sealed
 from mien.rigging.transfer import Transfer
 
 SHUT = tuple((f"orbicularis_oculi_upper_{side}", f"orbicularis_oculi_lower_{side}") for side in ("left", "right"))
 """Both muscles of these contract fully where an eye is shut."""
+LIDS = frozenset(name for pair in SHUT for name in pair)
+LID = 0.1
+"""Skin that follows one of these at least so fully is lid."""
 
 
 def baked(transfer: Transfer, generic: Rig, names: Iterable[str] | None = None) -> tuple[Blendshapes, tuple[Note, ...]]:
@@ -31,17 +35,35 @@ def baked(transfer: Transfer, generic: Rig, names: Iterable[str] | None = None) 
         names: which templates; all if None.
 
     Returns:
-        The shapes, and notes on the gaps that were closed.
+        The shapes, and notes on the skin that was relaxed and the gaps that were closed.
     """
     chosen = tuple(transfer.rig.anatomy.templates if names is None and transfer.rig.anatomy else names or ())
     shapes = template_shapes(transfer.rig, chosen)
     if not chosen:
         return shapes, ()
     own = len(transfer.fit.target.vertices)
-    met, notes = closed(template_shapes(generic, chosen), shapes.deltas[:, :own], transfer.fit)
+    lying, relaxed = _relaxed(transfer, chosen, shapes.deltas[:, :own])
+    met, notes = closed(template_shapes(generic, chosen), lying, transfer.fit)
     deltas = np.concatenate([met, shapes.deltas[:, own:]], axis=1)
     remarks = [note for row, name in enumerate(chosen) for note in _shut(transfer, name, deltas[row])]
-    return Blendshapes(chosen, deltas), (*notes, *remarks)
+    return Blendshapes(chosen, deltas), (*relaxed, *notes, *remarks)
+
+
+def _relaxed(transfer: Transfer, names: tuple[str, ...], deltas: Floats) -> tuple[Floats, list[Note]]:
+    """Relax the displacements `(K, N, 3)` of templates where they turn the skin over, but for the lids."""
+    assert transfer.rig.anatomy is not None
+    lids = np.zeros(deltas.shape[1], np.bool_)
+    for muscle in transfer.rig.anatomy.muscles:
+        if muscle.name in LIDS:
+            lids |= muscle.weights[: len(lids)] > LID
+    membrane, result, notes = Membrane.of(transfer.fit, lids), np.array(deltas), []
+    for row, name in enumerate(names):
+        if name in transfer.rig.anatomy.bases:  # no pose by itself
+            continue
+        result[row], before, after = membrane.relaxed(deltas[row])
+        if before:
+            notes.append(Note("skin-relaxed", f"{before} triangles were turned over, now {after}.", name))
+    return result, notes
 
 
 def _shut(transfer: Transfer, name: str, deltas: Floats) -> list[Note]:

@@ -16,9 +16,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse.csgraph import dijkstra
+from scipy.linalg import cho_factor, cho_solve
 from scipy.spatial import cKDTree
-from scipy.spatial.distance import cdist
 
 from mien.core.arrays import Flags, Floats, Ints
 from mien.core.mesh import SurfacePoints
@@ -26,7 +25,8 @@ from mien.core.units import human_centimetre
 from mien.geometry.surface import unit
 from mien.rigging.dense import DenseFit
 from mien.rigging.maps import overall, stretch
-from mien.rigging.touching import MEET_CM, Contacts, Touching, edge_lengths
+from mien.rigging.touching import MEET_CM, Contacts, Touching, edge_lengths, ways_of
+from mien.rigging.warp_and_stick.walk import surroundings
 
 REACH_CM = 1.2
 """A bump ends this far from its point in space, on a human face …"""
@@ -214,36 +214,30 @@ class Bumps:
 
     Attributes:
         handles: `(H,)` the vertices they stand around.
-        near: `(V,)` the vertices that some bump reaches.
-        height: `(V, H)` each bump there.
-        count: how many vertices the target has.
+        height: `(N, H)` each bump at every vertex.
     """
 
     def __init__(self, fit: DenseFit, meetings: list[Meeting]) -> None:
         centimetre = human_centimetre(fit.warp(fit.warp.centres))
         vertices, reach = fit.target.vertices, REACH_CM * centimetre
-        self.count = len(vertices)
         self.handles = np.unique(np.concatenate([meeting.difference.indices for meeting in meetings]))
-        # paths that matter stay within the longest way along the skin
         first, last = (centimetre * length for length in ALONG_CM)
-        apart, _ = cKDTree(vertices[self.handles]).query(vertices, distance_upper_bound=last)
-        self.near = np.flatnonzero(np.isfinite(apart) & fit.target_skin)
         own = fit.target.triangles[fit.target_skin[fit.target.triangles].all(axis=1)]
-        graph = edge_lengths(vertices, own)[0][self.near][:, self.near]
-        along = dijkstra(graph, directed=False, indices=np.searchsorted(self.near, self.handles), limit=last).T
-        fade = np.clip((last - along) / (last - first), 0, 1)
-        distance = np.minimum(cdist(vertices[self.near], vertices[self.handles]) / reach, 1)
+        ends, near, along = surroundings(ways_of(edge_lengths(vertices, own)[0]), self.handles.astype(np.int64), last)
+        distance = np.linalg.norm(vertices[near] - np.repeat(vertices[self.handles], np.diff(ends), axis=0), axis=1)
+        distance, fade = np.minimum(distance / reach, 1), np.clip((last - along) / (last - first), 0, 1)
         # Wendland's C² function: smooth, and exactly zero beyond its reach
-        self.height = (1 - distance) ** 4 * (4 * distance + 1) * fade * fade * (3 - 2 * fade)
+        height = (1 - distance) ** 4 * (4 * distance + 1) * fade * fade * (3 - 2 * fade)
+        self.height = sparse.csc_matrix((height, near, ends), shape=(len(vertices), len(self.handles))).tocsr()
 
     def change(self, meeting: Meeting, missing: Floats) -> Floats:
         """Return the displacement `(N, 3)` that makes up what is missing `(C, 3)`, each side going its part."""
-        pull = meeting.difference[:, self.handles].toarray()
-        c = len(missing)
-        felt = pull @ self.height[np.searchsorted(self.near, self.handles)] @ pull.T
-        system = np.einsum("iab,ij,jbd->iajd", meeting.across, felt, meeting.across).reshape(3 * c, 3 * c)
+        c, pull = len(missing), meeting.difference[:, self.handles]
+        felt = (pull @ self.height[self.handles] @ pull.T).toarray()
+        across = meeting.across.reshape(3 * c, 3) @ meeting.across.transpose(1, 0, 2).reshape(3, 3 * c)
+        system = across * felt.repeat(3, axis=0).repeat(3, axis=1)
         give = SOFT * float(np.abs(np.diag(felt)).mean()) ** 2
-        force = system.T @ np.linalg.solve(system @ system.T + give * np.eye(3 * c), missing.ravel())
-        change = np.zeros((self.count, 3))
-        change[self.near] = self.height @ (pull.T @ np.einsum("cab,cb->ca", meeting.across, force.reshape(c, 3)))
-        return change
+        definite = system @ system.T
+        definite[np.diag_indices(3 * c)] += give
+        force = system.T @ cho_solve(cho_factor(definite, overwrite_a=True), missing.ravel())
+        return np.asarray(self.height @ (pull.T @ np.einsum("cab,cb->ca", meeting.across, force.reshape(c, 3))))

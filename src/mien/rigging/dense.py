@@ -8,14 +8,13 @@ where the warp brings it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from mien.core import Mesh, Note, SurfacePoints
 from mien.core.arrays import Flags, Floats, Ints
 from mien.core.units import face_radius
-from mien.geometry.surface import closest_points, triangle_normals
 from mien.geometry.tps import ThinPlate, fit_thin_plate
 from mien.rigging.warp_and_stick.confirm import confirmed
 from mien.rigging.warp_and_stick.folds import folded, smooth_out
@@ -25,6 +24,8 @@ from mien.rigging.warp_and_stick.stick import Anchors, stick
 
 NEAR_SEAM = 0.15
 """Within this share of the face's radius from a seam, the way back is compared with the way there."""
+ENOUGH = 1000
+"""So many points of a face tell whether another is inside out."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,17 +76,19 @@ class _Side:
     order: Floats
 
     @classmethod
-    def of(cls, mesh: Mesh, landmarks: SurfacePoints, turned: bool = False) -> _Side:
+    def of(cls, mesh: Mesh, landmarks: SurfacePoints) -> _Side:
         twins = twins_of(mesh.vertices, mesh.triangles)
         carrying = landmarks.corners[landmarks.weights > 1e-9]
         skin = skin_of(mesh.triangles, twins, len(mesh.vertices), carrying)
         triangles = mesh.triangles[skin[mesh.triangles].all(axis=1)]
-        sheet = Sheet.of(mesh.vertices, triangles[:, ::-1] if turned else triangles, twins)
+        sheet = Sheet.of(mesh.vertices, triangles, twins)
         radius = face_radius(landmarks.of(mesh.vertices))
         return cls(mesh, landmarks, twins, skin, sheet, radius, sheet.order(radius, carrying))
 
-    def at(self, vertices: Floats, usable: Flags | None = None) -> Sheet:
-        return Sheet.of(vertices, self.sheet.triangles, self.twins, usable)
+    def turned(self) -> _Side:
+        """Return the face with its other side out."""
+        triangles = self.sheet.triangles[:, ::-1]
+        return replace(self, sheet=Sheet.of(self.mesh.vertices, triangles, self.twins))
 
     def sides(self, slits: list[Slit]) -> Floats:
         """Return the sides of slits `(S, N)`."""
@@ -121,14 +124,18 @@ def lay(
     warp = fit_thin_plate(source_landmarks.of(source.vertices), target_landmarks.of(target.vertices))
     warped = warp(source.vertices)
     from_side = _Side.of(source, source_landmarks)
-    film = from_side.at(warped)
-    inside_out = _faces_away(film, target)
-    to_side = _Side.of(target, target_landmarks, inside_out)
+    film = from_side.sheet.at(warped)
+    to_side = _Side.of(target, target_landmarks)
+    inside_out = _faces_away(film, to_side.sheet)
+    if inside_out:
+        to_side = to_side.turned()
     anchors = from_side.anchors(target_landmarks)
     stuck = stick(film, from_side.order, to_side.sheet, anchors, to_side.radius)
     slits = slits_of(from_side.sheet, source_landmarks, from_side.radius)
     here, there = (side.sides(slits) for side in (from_side, to_side))
-    points, there_again = righted(film, here, to_side.sheet, there, stuck.points, from_side.skin)
+    loose = from_side.skin.copy()
+    loose[anchors.vertices[anchors.exact]] = False
+    points, there_again = righted(film, here, to_side.sheet, there, stuck.points, loose)
     before = int(folded(warped, points.of(target.vertices), film.triangles).sum())
     after = before
     if repair and before:
@@ -138,7 +145,7 @@ def lay(
     positions = np.where(from_side.skin[:, None], points.of(target.vertices), warped)
     paired = from_side.skin & ~stuck.adrift
 
-    ground = from_side.at(positions, np.asarray(paired[film.triangles].all(axis=1)))
+    ground = from_side.sheet.at(positions, np.asarray(paired[film.triangles].all(axis=1)))
     back = stick(to_side.sheet, to_side.order, ground, to_side.anchors(source_landmarks), to_side.radius)
     seams = to_side.skin & (to_side.order < NEAR_SEAM * to_side.radius)
     ways_back, _ = confirmed(to_side.sheet, points, ground, back.points, seams)
@@ -162,11 +169,11 @@ def lay(
     )
 
 
-def _faces_away(film: Sheet, target: Mesh) -> bool:
+def _faces_away(film: Sheet, ground: Sheet) -> bool:
     """Tell whether the target's triangles are turned the other way than the source's."""
-    _, _, which = closest_points(target.vertices, target.triangles, film.vertices)
-    normals = triangle_normals(target.vertices, target.triangles)[which]
-    return bool(np.median((normals * film.facing).sum(axis=1)) < 0)
+    some = film.used[:: 1 + len(film.used) // ENOUGH]
+    _, _, which = ground.ground.closest(film.vertices[some])
+    return bool(np.median((ground.normals[which] * film.facing[some]).sum(axis=1)) < 0)
 
 
 def _notes(inside_out: bool, before: int, after: int, adrift: int, astray: int) -> tuple[Note, ...]:

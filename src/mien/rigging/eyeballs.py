@@ -53,7 +53,7 @@ def ball_of(points: Floats) -> Ball | None:
 def fitted_ball(ball: Ball, fit: DenseFit, structure: Structure) -> Ball:
     """Return where an eyeball of the source sits on the target, and how large it is there."""
     turn, scale = structure.around(ball.centre)
-    guess = Ball(structure.warp(ball.centre[None])[0], scale * ball.radius)
+    guess = Ball(structure.warp(ball.centre[None])[0], float(scale) * ball.radius)
     off = np.linalg.norm(fit.source.vertices - ball.centre, axis=1) / ball.radius
     on_ball = fit.paired & (off > ON_BALL[0]) & (off < ON_BALL[1])
     lids = np.flatnonzero(on_ball)

@@ -28,6 +28,8 @@ ROUNDS = 20
 """What such a part follows is averaged among neighbours this many times."""
 NEAREST = 4
 """Points that are averaged."""
+ENOUGH = 300
+"""So many vertices of a part tell where it is and whether it can be seen."""
 
 
 def settled(fit: DenseFit, skin: Skin | None, attached: tuple[Attachment, ...]) -> tuple[Attachment, ...]:
@@ -61,11 +63,17 @@ def hidden(mesh: Mesh, parts: list[Ints], landmarks: Floats) -> list[Ints]:
     parts = [ids for ids in parts if used[ids].all()]
     if not parts:
         return []
-    normals, every = vertex_normals(mesh.vertices, mesh.triangles), np.concatenate(parts)
+    looked_at = [_some(ids) for ids in parts]
+    normals, every = vertex_normals(mesh.vertices, mesh.triangles), np.concatenate(looked_at)
     ahead = normals[used][cKDTree(mesh.vertices[used]).query(landmarks)[1]].mean(axis=0)
     seen = np.zeros(len(mesh.vertices), np.bool_)
     seen[every] = exposed(mesh, mesh.vertices[every], normals[every], ahead)
-    return [ids for ids in parts if (~seen[ids]).mean() >= HIDDEN]
+    return [ids for ids, some in zip(parts, looked_at, strict=True) if (~seen[some]).mean() >= HIDDEN]
+
+
+def _some(points: np.ndarray) -> np.ndarray:
+    """Return enough of some points, or all if they are few."""
+    return points[:: -(-len(points) // ENOUGH)] if len(points) else points
 
 
 def _certain(parts: list[Attachment], sources: list[Ints]) -> bool:
@@ -80,13 +88,20 @@ def _settle(fit: DenseFit, skin: Skin | None, sources: list[Ints], inner: list[A
     tall = np.array([float(np.ptp(points[:, 1])) for points in own])
     whole = tall < THROUGHOUT * np.ptp(np.concatenate(own)[:, 1]) if len(inner) > 2 else np.ones(len(inner), np.bool_)
     upper, above = _upper_parts(own, whole), _upper_sources(fit, skin, sources)
-    result = {int(row): _softened(_following(fit, inner[row], sources, own), fit) for row in np.flatnonzero(~whole)}
+    result = {}
+    if not whole.all():
+        every = np.concatenate(sources)
+        laid = _laid(fit, every, np.concatenate(own))
+        result = {int(row): _softened(_following(fit, inner[row], every, laid), fit) for row in np.flatnonzero(~whole)}
     for high in (True, False):
         rows = [int(row) for row in np.flatnonzero(whole) if upper[row] == high]
         alike = [ids for ids, up in zip(sources, above, strict=True) if up == high or not any(upper)]
         places = [own[row] for row in rows]
-        for row, chosen in zip(rows, _chosen(fit, [inner[row] for row in rows], alike or sources, places), strict=True):
-            result[row] = _following(fit, inner[row], [chosen], places)
+        chosen = _chosen(fit, [inner[row] for row in rows], alike or sources, places)
+        first = {int(ids[0]): ids for ids in chosen}
+        laid_by = {number: _laid(fit, ids, np.concatenate(places)) for number, ids in first.items()}
+        for row, ids in zip(rows, chosen, strict=True):
+            result[row] = _following(fit, inner[row], ids, laid_by[int(ids[0])])
     return [result[row] for row in range(len(inner))]
 
 
@@ -108,10 +123,8 @@ def _chosen(fit: DenseFit, parts: list[Attachment], sources: list[Ints], own: li
     return found
 
 
-def _following(fit: DenseFit, part: Attachment, sources: list[Ints], beside: list[Floats]) -> Attachment:
-    """Let a part of the target follow parts of the source, laid on it and what is `beside` it."""
-    vertices = np.concatenate(sources)
-    places = _laid(fit, vertices, np.concatenate(beside))
+def _following(fit: DenseFit, part: Attachment, vertices: Ints, places: Floats) -> Attachment:
+    """Let a part of the target follow vertices of the source that were laid on it and what is beside it."""
     weights = _means(places, fit.target.vertices[part.vertices], vertices, len(fit.source.vertices))
     return Attachment(part.vertices, weights, True, vertices)
 
@@ -139,7 +152,8 @@ def _laid(fit: DenseFit, vertices: Ints, own: Floats) -> Floats:
     """
     warped, here, there = fit.warped[vertices], Box.of(fit.warped[vertices]), Box.of(own)
     filled = (warped - here.low) / (here.high - here.low) * (there.high - there.low) + there.low
-    return min((warped, filled), key=lambda places: _apart(places, own))
+    some = _some(own)
+    return min((warped, filled), key=lambda places: _apart(_some(places), some))
 
 
 def _upper_parts(parts: list[Floats], whole: Flags) -> list[bool]:

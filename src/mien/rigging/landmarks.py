@@ -9,8 +9,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 
-from mien.core import InputError, Note, Rig, SurfacePoints
-from mien.core.arrays import Floats
+from mien.core import InputError, Mesh, Note, Rig, SurfacePoints
+from mien.core.arrays import Flags, Floats
 from mien.core.units import face_radius
 from mien.geometry.align import similarity
 from mien.geometry.surface import closest_points
@@ -112,13 +112,23 @@ def _check_on_surface(rig: Rig, names: Sequence[str], marks: SurfacePoints) -> N
             f"{len(mesh.vertices)} vertices; it belongs to another mesh."
         )
     points = marks.of(mesh.vertices)
-    away = closest_points(mesh.vertices, mesh.triangles, points)[1] / face_radius(points)
+    away, elsewhere = np.zeros(len(marks)), ~_at_vertices(marks, mesh)
+    if elsewhere.any():  # a tree of a large mesh takes longer to build than everything else here
+        away[elsewhere] = closest_points(mesh.vertices, mesh.triangles, points[elsewhere])[1] / face_radius(points)
     if away.max() > OFF_SURFACE:
         row = int(np.argmax(away))
         raise InputError(
             f"the landmark {names[row]!r} of {rig.name} is off the surface by {100 * away[row]:.0f} % of the face's radius; "
             "place it on the skin."
         )
+
+
+def _at_vertices(marks: SurfacePoints, mesh: Mesh) -> Flags:
+    """Tell which landmarks `(L,)` are vertices of some triangle, and so on the surface."""
+    used = np.zeros(len(mesh.vertices), np.bool_)
+    used[mesh.triangles] = True
+    heaviest = marks.corners[np.arange(len(marks)), marks.weights.argmax(axis=1)]
+    return np.asarray((marks.weights.max(axis=1) == 1) & used[heaviest])
 
 
 def _check_apart(rig: str, names: Sequence[str], points: Floats) -> None:

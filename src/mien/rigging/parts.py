@@ -127,7 +127,11 @@ class Shares:
     @classmethod
     def of(cls, wholes: list[Box], boxes: list[Box]) -> Shares:
         """Compare boxes of the target's parts with boxes of the source's."""
-        both = np.array([[a.shared(b) for b in boxes] for a in wholes]).reshape(len(wholes), len(boxes))
+        (low, high), (low_other, high_other) = (
+            np.array([[box.low, box.high] for box in some]).reshape(-1, 2, 3).swapaxes(0, 1) for some in (wholes, boxes)
+        )
+        both = np.minimum(high[:, None], high_other) - np.maximum(low[:, None], low_other)
+        both = np.prod(np.maximum(both, 0), axis=2)
         return cls(both, np.array([a.volume for a in wholes]), np.array([b.volume for b in boxes]), wholes, boxes)
 
     def counterparts(self, row: int) -> list[int]:
@@ -153,20 +157,23 @@ class Shares:
         return [int(around[self.source[around].argmin()])] if len(around) else []
 
 
-def move_parts(deltas: Floats, skin: Floats, fit: DenseFit) -> tuple[Floats, tuple[Note, ...]]:
+def move_parts(
+    deltas: Floats, skin: Floats, fit: DenseFit, attached: tuple[Attachment, ...]
+) -> tuple[Floats, tuple[Note, ...]]:
     """Fill in the displacements of the parts that are not skin.
 
     Args:
         deltas: `(K, Ns, 3)` the source's shapes.
         skin: `(K, Nt, 3)` the target's, right on its skin.
         fit: the correspondence.
+        attached: what the parts follow.
 
     Returns:
         `(K, Nt, 3)`, and a note on the parts that ride on the skin.
     """
     moved = np.array(skin)
     riding = 0
-    for part in attachments(fit):
+    for part in attached:
         riding += not part.counterpart
         moved[:, part.vertices] = follow(part, deltas, fit) if part.counterpart else [part.weights @ s for s in skin]
     if not riding:
@@ -185,17 +192,22 @@ def follow(part: Attachment, deltas: Floats, fit: DenseFit) -> Floats:
     rest, there = fit.source.vertices[used], overall(fit).rotation
     centre = centre_of(fit.source.vertices[part.followed])
     scale = float(stretch(fit, centre[None])[0])
-    moved = rest + deltas[:, used]
+    result = np.zeros((len(deltas), len(own), 3))
+    shifts = deltas[:, used]
+    active = np.flatnonzero(shifts.any(axis=(1, 2)))
+    if not len(active):
+        return result
+    shifts = shifts[active]
+    moved = rest + shifts
     motion = rigid(rest, moved, np.ones(moved.shape[:2]))
     turn, shift = motion[:, :3, :3], motion[:, :3, :3] @ centre + motion[:, :3, 3] - centre
     left_over = moved - transform(motion, rest)
-    bends = (left_over**2).sum(axis=(1, 2)) > BENDING**2 * (deltas[:, used] ** 2).sum(axis=(1, 2))
+    bends = (left_over**2).sum(axis=(1, 2)) > BENDING**2 * (shifts**2).sum(axis=(1, 2))
     arm = own - centre_of(own)
-    result = arm @ np.swapaxes(there @ turn @ there.T - np.eye(3), 1, 2) + (scale * shift @ there.T)[:, None]
-    for k in np.flatnonzero(bends):
+    result[active] = arm @ np.swapaxes(there @ turn @ there.T - np.eye(3), 1, 2) + (scale * shift @ there.T)[:, None]
+    for k in active[bends]:
         result[k] = scale * (part.weights @ deltas[k]) @ there.T
-    result[~deltas[:, used].any(axis=(1, 2))] = 0
-    return np.asarray(result)
+    return result
 
 
 def pieces(triangles: Ints, wanted: Flags) -> list[Ints]:

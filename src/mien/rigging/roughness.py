@@ -18,7 +18,7 @@ from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 
-from mien.core.arrays import Flags, Floats, Ints
+from mien.core.arrays import Flags, Floats, Ints, unique_numbers
 from mien.core.units import human_centimetre
 from mien.rigging.dense import DenseFit
 from mien.rigging.warp_and_stick.sheet import twins_of
@@ -52,15 +52,14 @@ class Smoothing:
     @classmethod
     def of(cls, fit: DenseFit) -> Smoothing:
         """Find where a correspondence is crumpled."""
-        point, first = _points(fit)
+        point, first = points_of(fit)
         count = len(first)
-        a, b = _edges(fit.target.triangles[fit.target_skin[fit.target.triangles].all(axis=1)], point)
+        a, b = edges(point[fit.target.triangles[fit.target_skin[fit.target.triangles].all(axis=1)]], count)
         here, there = fit.target.vertices[first], fit.back.of(fit.source.vertices)[first]
         lengths = np.maximum(np.linalg.norm(here[a] - here[b], axis=1), 1e-300)
         stretch = np.log(np.maximum(np.linalg.norm(there[a] - there[b], axis=1) / lengths, 1e-300))
         rough = _roughness(a, b, stretch, count)
-        near = sparse.csr_matrix((1 / lengths, (a, b)), shape=(count, count))
-        near = sparse.csr_matrix(near + near.T)
+        near = neighbours(here, a, b)
         total = np.asarray(near.sum(axis=1)).ravel()
         edge = np.diff(near.indptr) / np.maximum(total, 1e-300)  # the harmonic mean of the edges around a point
         reach = SPREAD_CM * human_centimetre(fit.warp(fit.warp.centres)) * rough
@@ -95,8 +94,8 @@ class Smoothing:
         return np.isin(self.point, self.moved)
 
 
-def _points(fit: DenseFit) -> tuple[Ints, Ints]:
-    """Return which point of the skin each vertex is, and a vertex of each point."""
+def points_of(fit: DenseFit) -> tuple[Ints, Ints]:
+    """Return which point of the target's skin each vertex is, and a vertex of each point."""
     count = len(fit.target.vertices)
     twins = twins_of(fit.target.vertices, fit.target.triangles)
     linked = sparse.csr_matrix((np.ones(len(twins)), (twins[:, 0], twins[:, 1])), shape=(count, count))
@@ -104,11 +103,19 @@ def _points(fit: DenseFit) -> tuple[Ints, Ints]:
     return point.astype(np.int64), np.unique(point, return_index=True)[1]
 
 
-def _edges(triangles: Ints, point: Ints) -> tuple[Ints, Ints]:
-    """Return the ends of every edge between two points, once."""
-    ends = np.sort(point[np.concatenate([triangles[:, [i, (i + 1) % 3]] for i in range(3)])], axis=1)
-    ends = np.unique(ends[ends[:, 0] != ends[:, 1]], axis=0)
-    return ends[:, 0], ends[:, 1]
+def edges(triangles: Ints, count: int) -> tuple[Ints, Ints]:
+    """Return the ends of every edge of triangles `(T, 3)` between two of `count` points, once."""
+    a, b = np.concatenate([triangles[:, [i, (i + 1) % 3]] for i in range(3)]).T
+    low, high = np.minimum(a, b), np.maximum(a, b)
+    edge = unique_numbers((low * count + high)[low != high])
+    return edge // count, edge % count
+
+
+def neighbours(places: Floats, a: Ints, b: Ints) -> sparse.csr_matrix:
+    """Return `(P, P)` how strongly points hold each other: those at the ends of an edge by one over its length."""
+    lengths = np.maximum(np.linalg.norm(places[a] - places[b], axis=1), 1e-300)
+    near = sparse.csr_matrix((1 / lengths, (a, b)), shape=(len(places), len(places)))
+    return sparse.csr_matrix(near + near.T)
 
 
 def _roughness(a: Ints, b: Ints, stretch: Floats, count: int) -> Floats:

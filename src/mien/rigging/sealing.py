@@ -3,7 +3,8 @@
 Lids meet where their edges were laid by the correspondence.  At the corners of the eye it
 is least sure, and a face's own slit may reach farther than the one that was laid on it.
 So once a pose has closed the lids, the eyeball is looked at from its centre: wherever it
-still shows, the skin on both sides of the opening is drawn together.
+still shows, the skin on both sides of the opening is drawn together; and what was drawn
+straight to where it meets, into the ball, is lifted back onto it.
 """
 
 from __future__ import annotations
@@ -29,6 +30,8 @@ ON_BALL = (0.5, 1.4)
 """What lies between these shares of the seam's distance from the centre is eyeball."""
 WIDEST_CM = 0.6
 """What is farther open than this is not closed by its lids, on a human face."""
+PRESSED = 1.03
+"""A lid may be pressed into the ball by this factor of its own distance from the centre."""
 OVER = 2
 """One lid comes to lie over the other by so many steps."""
 ROUNDS = 4
@@ -75,6 +78,21 @@ class Eye(NamedTuple):
         """Return what of some triangles is outermost in each direction."""
         return Seen(*_cast((posed - self.centre) @ self.axes.T, triangles, ON_BALL[0] * self.radius, farthest))
 
+    def lifted(self, posed: Floats, rest: Floats) -> Floats:
+        """Return vertices `(N, 3)`, those of the skin that are a little within the ball, and were not at rest, on it."""
+        height = self.look(posed, self.ball, ON_BALL[1] * self.radius).distance
+        result, ids = np.array(posed), np.unique(self.skin)
+        depth = []
+        for points in (rest[ids], posed[ids]):
+            arms = (points - self.centre) @ self.axes.T
+            places = np.round(_places(arms)).astype(np.int64)
+            ahead = np.all((places >= 0) & (places <= 2 * HALF), axis=1, keepdims=False)
+            column, row = np.where(ahead[:, None], places, 0).T
+            depth.append(np.where(ahead, height[column, row], 0) / np.maximum(np.linalg.norm(arms, axis=1), 1e-300))
+        pressed = (depth[0] <= 1) & (depth[1] > 1) & (depth[1] < PRESSED)  # deeper is the lining of the other lid
+        result[ids[pressed]] = self.centre + depth[1][pressed, None] * (posed[ids[pressed]] - self.centre)
+        return result
+
     def openings(self, posed: Floats) -> Ints:
         """Return `(O, 3)` column, and the rows before and behind, of every stretch in which the eyeball shows."""
         covered = self.look(posed, self.skin, np.inf).triangle >= 0
@@ -109,6 +127,7 @@ def sealed(posed: Floats, eye: Eye, fit: DenseFit) -> tuple[Floats, float, float
         if meeting is None:
             break
         result[:count] += Bumps(fit, [meeting]).change(meeting, meeting.missing(result[:count]))
+    result = eye.lifted(result, np.concatenate([fit.target.vertices, result[count:]]))
     return result, eye.widest(posed), eye.widest(result)
 
 
@@ -144,11 +163,16 @@ def _directions(columns: Ints, rows: Ints) -> Floats:
     return np.stack([np.cos(rise) * np.sin(turn), np.sin(rise), np.cos(rise) * np.cos(turn)], axis=1)
 
 
-def _cast(points: Floats, triangles: Ints, nearest: float, farthest: float) -> tuple[Floats, Ints]:
-    """Return how far the outermost of some triangles is in each direction from the origin, and which one it is."""
+def _places(points: Floats) -> Floats:
+    """Return in which column and row points `(N, 3)` are seen from the origin, `(N, 2)`."""
     flat = np.hypot(points[:, 0], points[:, 2])
     turn, rise = np.arctan2(points[:, 0], points[:, 2]), np.arctan2(points[:, 1], flat)
-    places = np.stack([turn, rise], axis=1) / STEP + HALF
+    return np.asarray(np.stack([turn, rise], axis=1) / STEP + HALF)
+
+
+def _cast(points: Floats, triangles: Ints, nearest: float, farthest: float) -> tuple[Floats, Ints]:
+    """Return how far the outermost of some triangles is in each direction from the origin, and which one it is."""
+    places = _places(points)
     steps = (np.arange(2 * HALF + 1) - HALF) * STEP
     reach = np.linalg.norm(points, axis=1)
     return _outermost(points, triangles, places, reach, np.sin(steps), np.cos(steps), nearest, farthest)

@@ -11,10 +11,12 @@ fibre must not be.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.spatial.distance import cdist
 
 from mien.core.arrays import Floats, Ints
 from mien.core.units import human_centimetre
@@ -31,6 +33,8 @@ REACH_CM = 2.5
 """A frame turns and grows as the skin within about this distance of it does, on a human face."""
 BITS = 10
 """Points are ordered along a curve through as many halvings of space."""
+STEEPEST = 1.25
+"""What skin does may become so many times as steep on another face as it is on the rig's own."""
 DEGREE = 13
 """The warp bends a fibre by a polynomial of this degree along it: enough for a ring around a mouth of another shape."""
 
@@ -43,6 +47,7 @@ class Structure:
         warp: the thin-plate warp of the dense pairs.
         vertices: `(P,)` the vertices of the source that are pairs.
         sources, targets: `(P, 3)` the dense pairs.
+        triangles: `(T, 3)` of the source, between its pairs, as rows of these.
         left_over: the root-mean-square distance by which it misses a pair [m].
         reach: the radius around a frame whose skin says how it turns and grows [m].
     """
@@ -51,6 +56,7 @@ class Structure:
     vertices: Ints
     sources: Floats
     targets: Floats
+    triangles: Ints
     left_over: float
     reach: float
 
@@ -68,56 +74,73 @@ class Structure:
         stiffness = STIFF_CM * centimetre * len(chosen) / len(kept)  # fewer centres each stand for more skin
         warp = fit_thin_plate(sources[chosen], targets[chosen], stiffness)
         missed = float(np.sqrt(((warp(sources) - targets) ** 2).sum(axis=1).mean()))
-        return cls(warp, kept, sources, targets, missed, REACH_CM * centimetre)
+        number = np.full(len(fit.source.vertices), -1)
+        number[kept] = np.arange(len(kept))
+        triangles = number[fit.source.triangles]
+        triangles = triangles[(triangles >= 0).all(axis=1)]
+        return cls(warp, kept, sources, targets, triangles, missed, REACH_CM * centimetre)
 
     def frame(self, frame: Floats) -> Floats:
-        """Carry a rigid frame `(4, 4)`: its place by the warp, its turn by the skin around it.
+        """Carry rigid frames `(…, 4, 4)`: their place by the warp, their turn by the skin around them.
 
         The derivative of a warp is as rough as the mesh.  The similarity that fits the
         surrounding skin best is not.
         """
-        moved = np.eye(4)
-        moved[:3, :3] = self.around(frame[:3, 3])[0] @ frame[:3, :3]
-        moved[:3, 3] = self.warp(frame[None, :3, 3])[0]
+        moved = np.zeros(np.shape(frame))
+        moved[..., :3, :3] = self.around(frame[..., :3, 3])[0] @ frame[..., :3, :3]
+        moved[..., :3, 3] = self.warp(frame[..., :3, 3])
+        moved[..., 3, 3] = 1
         return moved
 
-    def around(self, place: Floats) -> tuple[Floats, float]:
-        """Return the rotation `(3, 3)` and scale of the similarity that fits the skin around a place best."""
-        apart = ((self.sources - place) ** 2).sum(axis=1)
-        return self._similarity(np.exp(-(apart - apart.min()) / self.reach**2))
+    def around(self, places: Floats) -> tuple[Floats, Floats]:
+        """Return rotation `(…, 3, 3)` and scale `(…)` of the similarity that fits the skin around places `(…, 3)` best."""
+        apart = cdist(np.reshape(places, (-1, 3)), self.sources, "sqeuclidean")
+        near = np.exp(-(apart - apart.min(axis=1, keepdims=True)) / self.reach**2)
+        return self._similarity(near.reshape(*np.shape(places)[:-1], -1))
 
-    def line(self, line: Floats) -> Floats:
-        """Carry a fibre `(P, 3)`: with the skin around it, and bent by the warp no less smoothly than it was."""
-        middle = line.mean(axis=0)
-        turn, scale = self.around(middle)
-        moved = scale * (line - middle) @ turn.T
-        steps = np.linalg.norm(np.diff(line, axis=0), axis=1)
-        along = np.append(0, np.cumsum(steps)) / max(fibre_length(line), 1e-300)
-        basis = np.polynomial.legendre.legvander(2 * along - 1, min(DEGREE, len(line) - 1))
-        bent = np.linalg.lstsq(basis, self.warp(line) - moved, rcond=None)[0]
-        return np.asarray(moved + basis @ bent)
+    def lines(self, lines: Sequence[Floats]) -> list[Floats]:
+        """Carry fibres `(P, 3)`: with the skin around each, and bent by the warp no less smoothly than it was."""
+        if not lines:
+            return []
+        turns, scales = self.around(np.stack([line.mean(axis=0) for line in lines]))
+        there = np.split(self.warp(np.concatenate(lines)), np.cumsum([len(line) for line in lines])[:-1])
+        return [_bent(*each) for each in zip(lines, there, turns, scales, strict=True)]
 
-    def growth(self, weights: Floats) -> float:
-        """Return by how much the skin that bears these weights `(Ns,)` grows."""
-        shares = weights[self.vertices]
-        if np.count_nonzero(shares) < 4:
-            return self._similarity(np.ones(len(shares)))[1]
-        _, before, after = self._spread(shares)
-        return float(np.sqrt(after / before))
+    def growth(self, weights: Floats) -> Floats:
+        """Return by how much the skin that bears weights `(…, Ns)` grows, `(…)`."""
+        shares = weights[..., self.vertices]
+        few = np.count_nonzero(shares, axis=-1) < 4
+        _, before, after = self._spread(np.where(few[..., None], 1.0, shares))
+        overall = self._similarity(np.ones(len(self.vertices)))[1]
+        return np.where(few, overall, np.sqrt(after / before))
 
-    def _similarity(self, weights: Floats) -> tuple[Floats, float]:
-        """Return rotation and scale of the similarity that fits the pairs best."""
+    def bearable(self, weights: Floats) -> Floats:
+        """Return by how much movements with weights `(…, Ns)` may grow before the skin cannot bear them, `(…)`.
+
+        Skin that is stretched one way only, as the lips of a wide mouth are, lets a movement
+        fall off over no longer a way than before.  One that grew with it would be too steep
+        there, and turn the skin over.
+        """
+        shares = weights[..., self.vertices][..., self.triangles]
+        before, after = (_breadth(shares, points[self.triangles]) for points in (self.sources, self.targets))
+        most: Floats = np.full(np.shape(before), np.inf)
+        return np.asarray(np.divide(STEEPEST * after, before, out=most, where=before > 0))
+
+    def _similarity(self, weights: Floats) -> tuple[Floats, Floats]:
+        """Return rotations and scales of the similarities that fit the pairs best by weights `(…, P)`."""
         together, power, _ = self._spread(weights)
         left, stretch, right = np.linalg.svd(together)
-        mirror = np.array([1.0, 1.0, np.sign(np.linalg.det(left @ right))])
-        return np.asarray(left * mirror @ right), float(stretch @ mirror / power)
+        mirror = np.ones(np.shape(stretch))
+        mirror[..., 2] = np.sign(np.linalg.det(left @ right))
+        return left * mirror[..., None, :] @ right, (stretch * mirror).sum(axis=-1) / power
 
-    def _spread(self, weights: Floats) -> tuple[Floats, float, float]:
-        """Return how the pairs vary together `(3, 3)`, the targets in rows, and the sources and the targets alone."""
-        mean = weights @ self._moments / weights.sum()
-        source, target = mean[:3], mean[3:6]
-        together = mean[8:].reshape(3, 3) - np.outer(target, source)
-        return together, float(mean[6] - source @ source), float(mean[7] - target @ target)
+    def _spread(self, weights: Floats) -> tuple[Floats, Floats, Floats]:
+        """Return how the pairs vary together `(…, 3, 3)`, the targets in rows, and the sources and the targets alone."""
+        mean = weights @ self._moments / weights.sum(axis=-1, keepdims=True)
+        source, target = mean[..., :3], mean[..., 3:6]
+        together = mean[..., 8:].reshape(*mean.shape[:-1], 3, 3) - target[..., :, None] * source[..., None, :]
+        before, after = (mean[..., 6 + i] - (middle**2).sum(axis=-1) for i, middle in enumerate((source, target)))
+        return together, before, after
 
     @cached_property
     def _moments(self) -> Floats:
@@ -125,6 +148,31 @@ class Structure:
         a, b = (points - points.mean(axis=0) for points in (self.sources, self.targets))
         squares = [(points**2).sum(axis=1)[:, None] for points in (a, b)]
         return np.hstack([a, b, *squares, (b[:, :, None] * a[:, None, :]).reshape(-1, 9)])
+
+
+def _bent(line: Floats, there: Floats, turn: Floats, scale: float) -> Floats:
+    """Return a line `(P, 3)` turned and scaled, and then bent towards where the warp takes it."""
+    moved = scale * (line - line.mean(axis=0)) @ turn.T
+    steps = np.linalg.norm(np.diff(line, axis=0), axis=1)
+    along = np.append(0, np.cumsum(steps)) / max(fibre_length(line), 1e-300)
+    basis = np.polynomial.legendre.legvander(2 * along - 1, min(DEGREE, len(line) - 1))
+    return np.asarray(moved + basis @ np.linalg.lstsq(basis, there - moved, rcond=None)[0])
+
+
+def _breadth(shares: Floats, corners: Floats) -> Floats:
+    """Return over how long a way weights fall off: their integral over the skin, over that of the size of their slope.
+
+    Of a patch of one weight that is its area over its outline, whatever its shape.  Zero if they have no slope.
+
+    Args:
+        shares: `(…, T, 3)` weights at the corners of triangles.
+        corners: `(T, 3, 3)` where these are.
+    """
+    edges = np.roll(corners, -2, axis=1) - np.roll(corners, -1, axis=1)  # opposite each corner
+    area = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1) / 2
+    slope = np.linalg.norm(np.einsum("...tk,tkc->...tc", shares, edges), axis=-1).sum(axis=-1) / 2
+    total = shares.mean(axis=-1) @ area
+    return np.asarray(np.divide(total, slope, out=np.zeros(np.shape(total)), where=slope > 1e-12 * np.sqrt(area.sum())))
 
 
 def _some(points: Floats, count: int) -> Ints:

@@ -11,13 +11,14 @@ from functools import cached_property
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse.csgraph import connected_components, dijkstra
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from mien.core import Mesh, SurfacePoints
-from mien.core.arrays import Flags, Floats, Ints
+from mien.core.arrays import Flags, Floats, Ints, unique_numbers
 from mien.geometry.surface import vertex_normals
 from mien.rigging.warp_and_stick.sheet import twins_of
+from mien.rigging.warp_and_stick.walk import Ways, within
 
 MEET_CM = 0.06
 """Skin touches if it is this close, on a human face: the lips of a coarse mesh do not touch along all of them."""
@@ -31,8 +32,6 @@ LARGE = 0.05
 """Pieces with less than this share of the skin's vertices touch nothing: lashes lie on one another."""
 CROWD = 16
 """So many nearest vertices are looked at for one of other skin."""
-BATCH = 256
-"""Rows searched at a time; it bounds the memory."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +71,8 @@ class Touching:
         skin = skin & large_pieces(mesh.triangles, skin)
         self.mesh, self.skin, self.centimetre = mesh, np.flatnonzero(skin), centimetre
         self._faces = mesh.triangles[skin[mesh.triangles].all(axis=1)]
-        self._edges, edge = edge_lengths(mesh.vertices, self._faces)
+        edges, edge = edge_lengths(mesh.vertices, self._faces)
+        self._ways = ways_of(edges)
         self._meet = MEET_CM * centimetre
         self._nearly = NEARLY_CM * centimetre
         self._near = self._nearly + edge
@@ -117,7 +117,7 @@ class Touching:
         # either end of a pair may be the vertex, the triangles around the other its opposite
         one, other = np.concatenate([one, other]), np.concatenate([other, one])
         around = self._around[other].tocoo()
-        one, which = np.divmod(np.unique(one[around.row] * len(self._faces) + around.col), len(self._faces))
+        one, which = np.divmod(unique_numbers(one[around.row] * len(self._faces) + around.col), len(self._faces))
         faces = self._faces[which]
         clear = np.flatnonzero(self._strangers(np.repeat(one, 3), faces.ravel()).reshape(-1, 3).all(axis=1))
         return one[clear], faces[clear]
@@ -126,22 +126,27 @@ class Touching:
         """Return pairs of a vertex and other skin near it in a pose, and their distances."""
         if len(vertices) == 0:
             return vertices, vertices, np.empty(0)
-        count = min(CROWD, len(self.skin))
-        tree = cKDTree(posed[self.skin])
-        distance, which = tree.query(posed[vertices], count, distance_upper_bound=self._near)
+        places, queries = posed[self.skin], posed[vertices]
+        low, high = queries.min(axis=0) - self._near, queries.max(axis=0) + self._near
+        skin = self.skin[((places >= low) & (places <= high)).all(axis=1)]
+        count = min(CROWD, len(skin))
+        # this tree is asked once only: a better one takes longer to build than it saves
+        tree = cKDTree(posed[skin], balanced_tree=False, compact_nodes=False)
+        distance, which = tree.query(queries, count, distance_upper_bound=self._near)
         row, column = np.nonzero(np.isfinite(distance.reshape(len(vertices), count)))
         return (
             vertices[row],
-            self.skin[which.reshape(len(vertices), count)[row, column]],
+            skin[which.reshape(len(vertices), count)[row, column]],
             distance.reshape(-1, count)[row, column],
         )
 
     @cached_property
     def _rim(self) -> Flags:
         """Which vertices `(N,)` lie where the skin ends: a slit may be no more than that."""
-        edges = np.sort(np.concatenate([self._faces[:, [i, (i + 1) % 3]] for i in range(3)]), axis=1)
-        sides, count = np.unique(edges, axis=0, return_counts=True)
-        return np.isin(np.arange(len(self.mesh.vertices)), sides[count == 1])
+        edges, n = np.concatenate([self._faces[:, [i, (i + 1) % 3]] for i in range(3)]), len(self.mesh.vertices)
+        sides, count = np.unique(edges.min(axis=1) * n + edges.max(axis=1), return_counts=True)
+        lonely = sides[count == 1]
+        return np.isin(np.arange(n), np.concatenate([lonely // n, lonely % n]))
 
     @cached_property
     def _normals(self) -> Floats:
@@ -158,28 +163,20 @@ class Touching:
 
     def _strangers(self, one: Ints, other: Ints) -> Flags:
         """Tell which pairs are far from each other along the skin."""
-        if len(one) == 0:
-            return np.ones(0, np.bool_)
-        vertices, edges = self.mesh.vertices, self._edges
-        # no path within the limit leaves the ball around its start, so the rest of the mesh is left out
-        sources, place = np.unique(one, return_inverse=True)
-        apart, _ = cKDTree(vertices[sources]).query(vertices, distance_upper_bound=self._detour)
-        local = np.flatnonzero(np.isfinite(apart) | np.isin(np.arange(len(vertices)), other))
-        graph, ends = edges[local][:, local], np.searchsorted(local, other)
-        strange = np.ones(len(one), np.bool_)
-        for first in range(0, len(sources), BATCH):
-            rows = np.flatnonzero((place >= first) & (place < first + BATCH))
-            batch = np.searchsorted(local, sources[first : first + BATCH])
-            along = dijkstra(graph, directed=False, indices=batch, limit=self._detour)
-            strange[rows] = np.isinf(along[place[rows] - first, ends[rows]])
-        return strange
+        return ~within(self._ways, one, other, np.full(len(one), self._detour))
+
+
+def ways_of(edges: sparse.csr_matrix) -> Ways:
+    """Return edges, each of them stored once, as walks along the skin take them."""
+    both = sparse.csr_matrix(edges + edges.T)
+    return Ways(both.indptr.astype(np.int64), both.indices.astype(np.int64), both.data)
 
 
 def edge_lengths(vertices: Floats, triangles: Ints) -> tuple[sparse.csr_matrix, float]:
     """Return the lengths of the edges as a sparse `(N, N)` matrix, next to nothing between twins, and their median."""
     n, twins = len(vertices), twins_of(vertices, triangles)
     edges = np.sort(np.concatenate([triangles[:, [i, (i + 1) % 3]] for i in range(3)] + [twins]), axis=1)
-    key = np.unique(edges[:, 0] * n + edges[:, 1])
+    key = unique_numbers(edges[:, 0] * n + edges[:, 1])
     a, b = key // n, key % n
     lengths = np.linalg.norm(vertices[a] - vertices[b], axis=1)
     smallest = 1e-9 * float(lengths.max(initial=1.0))  # a stored zero would mean "no edge"

@@ -81,7 +81,8 @@ def transfer_rig(
     fit = lay(generic.neutral, pairs.source, face.neutral, pairs.target)
     check_is_face(fit, face.name)
     structure = Structure.of(fit)
-    attached = settled(fit, generic.skin, attachments(fit))
+    lying = attachments(fit)
+    attached = settled(fit, generic.skin, lying)
     brought = bring(generic, fit, structure, attached) if parts == "auto" else Brought.nothing()
     carrier = Carrier.of(fit, attached, brought)
     skeleton, skin = None, None
@@ -94,7 +95,7 @@ def transfer_rig(
     if method != "warp-and-stick" and anatomy is not None and anatomy.templates:
         shaped = replace(generic, blendshapes=template_shapes(generic))
         anatomy = replace(anatomy, templates={}, bases={}, scripts={})
-    shapes, shape_notes = carried(shaped, fit, METHODS[method])
+    shapes, shape_notes = carried(shaped, fit, METHODS[method], attached=lying)
     rigged = replace(
         face,
         neutral=face_with(face.neutral, generic.neutral, brought),

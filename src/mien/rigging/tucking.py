@@ -7,7 +7,7 @@ from scipy.spatial import cKDTree
 
 from mien.core.arrays import Floats, Ints
 from mien.core.units import human_centimetre
-from mien.geometry.surface import closest_points, exposed, triangle_normals, unit, vertex_normals
+from mien.geometry.surface import Searchable, exposed, triangle_normals, unit, vertex_normals
 from mien.rigging.dense import DenseFit
 
 CLEAR_CM = 0.1
@@ -33,9 +33,10 @@ def tucked_in(parts: list[Floats], fit: DenseFit) -> tuple[list[Floats], float]:
         return parts, 1.0
     points, shrunk = np.concatenate(parts), 1.0
     triangles, normals, ahead = _skin_around(points, fit)
+    skin = Searchable(fit.target.vertices, triangles)
     clear = CLEAR_CM * human_centimetre(fit.warp(fit.warp.centres))
     for _ in range(ROUNDS if len(triangles) else 0):
-        nearest, _, which = closest_points(fit.target.vertices, triangles, points)
+        nearest, _, which = skin.closest(points)
         out = ((points - nearest.of(fit.target.vertices)) * normals[which]).sum(axis=1)
         excess = float(out.max()) + clear
         if excess <= 0:

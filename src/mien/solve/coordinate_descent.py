@@ -13,10 +13,15 @@ file of the function called from outside.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numba import njit
 
 from mien.core.arrays import Floats, Ints
+
+COMPILED: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
+"""Without checks of divisors, and without entries from C that nobody takes: a tenth less to compile."""
 
 Work = tuple[Floats, Ints, Ints, Floats, Ints]
 """Scratch of `newton`: factor, free set, free set of the factor, direction, and the size of the factor's set."""
@@ -31,7 +36,7 @@ RIDGE = 1e-12
 """Relative ridge on the free block: duplicated shapes stay factorisable, and the next step corrects its effect."""
 
 
-@njit(cache=True, nogil=True)
+@njit(**COMPILED)
 def residual(l1: Floats, lower: Floats, upper: Floats, w: Floats, g: Floats) -> float:
     """Return the largest distance of 0 from a coordinate's subdifferential."""
     worst = 0.0
@@ -45,7 +50,7 @@ def residual(l1: Floats, lower: Floats, upper: Floats, w: Floats, g: Floats) -> 
     return worst
 
 
-@njit(cache=True, nogil=True)
+@njit(**COMPILED)
 def coordinate_minimum(curvature: float, b: float, l1: float, lower: float, upper: float) -> float:
     """Return the minimiser of `½ curvature x² − b x + l1 |x|` between the bounds.
 
@@ -63,7 +68,7 @@ def coordinate_minimum(curvature: float, b: float, l1: float, lower: float, uppe
     return min(max(x, lower), upper)
 
 
-@njit(cache=True, nogil=True)
+@njit(**COMPILED)
 def sweep(gram: Floats, l1: Floats, lower: Floats, upper: Floats, w: Floats, g: Floats, active: bool) -> None:
     """Minimise over each coordinate in turn, or over the active (non-zero) ones only."""
     for k in range(len(w)):
@@ -79,7 +84,7 @@ def sweep(gram: Floats, l1: Floats, lower: Floats, upper: Floats, w: Floats, g: 
                 g[j] += step * row[j]
 
 
-@njit(cache=True, nogil=True)
+@njit(**COMPILED)
 def gradient(gram: Floats, q: Floats, w: Floats, g: Floats) -> None:
     """Set `g = Q w − q` afresh, which also clears the rounding of many small updates."""
     for j in range(len(w)):
@@ -90,7 +95,7 @@ def gradient(gram: Floats, q: Floats, w: Floats, g: Floats) -> None:
                 g[j] += w[k] * gram[k, j]
 
 
-@njit(cache=True, nogil=True)
+@njit(**COMPILED)
 def free_set(gram: Floats, l1: Floats, lower: Floats, upper: Floats, w: Floats, free: Ints) -> int:
     """List the coordinates where the objective is smooth: inside the bounds and off the kink at 0."""
     n = 0
@@ -102,7 +107,7 @@ def free_set(gram: Floats, l1: Floats, lower: Floats, upper: Floats, w: Floats, 
     return n
 
 
-@njit(cache=True, nogil=True)
+@njit(**COMPILED)
 def same_set(one: Ints, n: int, other: Ints, m: int) -> bool:
     """Tell whether the first `n` and `m` entries are the same indices."""
     if n != m:
@@ -113,7 +118,7 @@ def same_set(one: Ints, n: int, other: Ints, m: int) -> bool:
     return True
 
 
-@njit(cache=True, nogil=True)
+@njit(**COMPILED)
 def factorise(gram: Floats, free: Ints, n: int, factor: Floats) -> bool:
     """Factor the free block as `Uᵀ D⁻¹ U`, `D` the diagonal of `U`; False if it is not definite."""
     for i in range(n):
@@ -132,7 +137,7 @@ def factorise(gram: Floats, free: Ints, n: int, factor: Floats) -> bool:
     return True
 
 
-@njit(cache=True, nogil=True, fastmath={"reassoc"})
+@njit(**COMPILED, fastmath={"reassoc"})
 def solve_factored(factor: Floats, n: int, x: Floats) -> None:
     """Solve `Uᵀ D⁻¹ U x = x` in place for the first `n` entries."""
     for i in range(n):
@@ -146,7 +151,7 @@ def solve_factored(factor: Floats, n: int, x: Floats) -> None:
         x[i] = (x[i] - s) / factor[i, i]
 
 
-@njit(cache=True, nogil=True)
+@njit(**COMPILED)
 def wall(l1: float, lower: float, upper: float, x: float, direction: float) -> float:
     """Return where a coordinate moving from `x` first meets the kink at 0 or a bound."""
     if direction < 0:
@@ -154,7 +159,7 @@ def wall(l1: float, lower: float, upper: float, x: float, direction: float) -> f
     return min(upper, 0.0) if l1 > 0 and x < 0 else upper
 
 
-@njit(cache=True, nogil=True)
+@njit(**COMPILED)
 def advance(l1: Floats, lower: Floats, upper: Floats, w: Floats, free: Ints, n: int, d: Floats) -> bool:
     """Move along `d` until a coordinate meets its wall, and put that one exactly there; True if none did."""
     t, stop = 1.0, -1
@@ -173,7 +178,7 @@ def advance(l1: Floats, lower: Floats, upper: Floats, w: Floats, free: Ints, n: 
     return stop < 0
 
 
-@njit(cache=True, nogil=True)
+@njit(**COMPILED)
 def newton(
     gram: Floats,
     l1: Floats,
@@ -193,7 +198,8 @@ def newton(
             count[0] = 0
             if not factorise(gram, free, n, factor):
                 return
-            factored[:n] = free[:n]
+            for i in range(n):
+                factored[i] = free[i]
             count[0] = n
         for i in range(n):
             k = free[i]
@@ -205,7 +211,7 @@ def newton(
             return
 
 
-@njit(cache=True, nogil=True)
+@njit(**COMPILED)
 def minimise(
     gram: Floats,
     l1: Floats,
@@ -232,13 +238,12 @@ def minimise(
         left = residual(l1, lower, upper, w, g)
         if left <= tolerance or sweeps >= max_sweeps:
             return left, sweeps
-        sweep(gram, l1, lower, upper, w, g, False)
-        for _ in range(REPEATS):
-            sweep(gram, l1, lower, upper, w, g, True)
+        for turn in range(1 + REPEATS):
+            sweep(gram, l1, lower, upper, w, g, turn > 0)
         sweeps += 1
 
 
-@njit(cache=True, nogil=True)
+@njit(**COMPILED)
 def objective(l1: Floats, q: Floats, w: Floats, g: Floats) -> float:
     """Return `½ wᵀQw − qᵀw + Σ l1 |w|`, given `g = Q w − q`."""
     total = 0.0
@@ -247,7 +252,7 @@ def objective(l1: Floats, q: Floats, w: Floats, g: Floats) -> float:
     return total
 
 
-@njit(cache=True, nogil=True)
+@njit(**COMPILED)
 def violated(pairs: Ints, w: Floats) -> int:
     """Return the first pair with both members non-zero, or -1."""
     for i in range(len(pairs)):
@@ -256,7 +261,36 @@ def violated(pairs: Ints, w: Floats) -> int:
     return -1
 
 
-@njit(cache=True, nogil=True)
+@njit(**COMPILED)
+def copy(values: Floats, out: Floats) -> None:
+    """Write values to where there is room for them: a slice would take several times as long to compile."""
+    for k in range(len(values)):
+        out[k] = values[k]
+
+
+@njit(**COMPILED)
+def same(one: Floats, other: Floats) -> bool:
+    """Tell whether two arrays hold the same values."""
+    for k in range(len(one)):  # noqa: SIM110 (compiled: a loop, not a generator)
+        if one[k] != other[k]:
+            return False
+    return True
+
+
+@njit(**COMPILED)
+def assemble(gram: Floats, pull: float, forms: Floats, shares: Floats, out: Floats) -> None:
+    """Write `Q`, plus `pull` on its diagonal, plus each form's share."""
+    for i in range(len(gram)):
+        for j in range(len(gram)):
+            out[i, j] = gram[i, j]
+        out[i, i] += pull
+    for r in range(len(forms)):
+        for i in range(len(gram)):
+            for j in range(len(gram)):
+                out[i, j] += shares[r] * forms[r, i, j]
+
+
+@njit(**COMPILED)
 def minimise_exclusive(
     gram: Floats,
     l1: Floats,
@@ -290,13 +324,13 @@ def minimise_exclusive(
             value = objective(l1, q, candidate, g)
             if zeroed < 0 or value < best:
                 best, zeroed, left = value, k, candidate_left
-                w[:] = candidate
+                copy(candidate, w)
         lower[zeroed] = upper[zeroed] = 0.0
         pair = violated(pairs, w)
     return left, sweeps
 
 
-@njit(cache=True, nogil=True)
+@njit(**COMPILED)
 def minimise_frames(
     gram: Floats,
     l1: Floats,
@@ -327,14 +361,13 @@ def minimise_frames(
         np.empty(size),
         np.zeros(1, np.int64),
     )
-    matrix, pull = gram, 0.0
+    matrix, q, pull = np.empty((size, size)), np.empty(size), 0.0
     for f in range(len(frames)):
-        if f == 0 or (f == 1 and not previous) or (shares[f] != shares[f - 1]).any():
+        if f == 0 or (f == 1 and not previous) or not same(shares[f], shares[f - 1]):
             pull = 2 * smoothness if previous or f > 0 else 0.0
-            matrix = gram + pull * np.eye(size)
-            for r in range(len(forms)):
-                matrix += shares[f, r] * forms[r]
+            assemble(gram, pull, forms, shares[f], matrix)
             work[-1][0] = 0
-        q = frames[f] + pull * w
+        for k in range(size):
+            q[k] = frames[f, k] + pull * w[k]
         left[f], sweeps[f] = minimise_exclusive(matrix, l1, lower, upper, pairs, q, w, work, tolerances[f], max_sweeps)
-        weights[f] = w
+        copy(w, weights[f])

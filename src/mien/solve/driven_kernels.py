@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 
 from mien.core.arrays import Floats, Ints
-from mien.solve.coordinate_descent import Work, minimise, residual
+from mien.solve.coordinate_descent import Work, copy, minimise, residual
 
 Rules = tuple[Ints, Ints, Ints, Floats, Floats, Floats, Ints, Floats]
 """Free shapes; driven shapes; drivers as places among the free ones, -1 for none; begin, peak and end of hats;
@@ -346,7 +346,7 @@ def minimise_driven(
                 b[d] = -g[d]
                 for i in range(size):
                     b[d] += damped[d, i] * w[i]
-            tried[:] = w
+            copy(w, tried)
             work[-1][0] = 0
             minimise(damped, l1, least, most, b, tried, scratch, work, 0.1 * tolerance, 1000)
             steps += 1

@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import pairwise, product
 
 import numpy as np
@@ -104,7 +105,7 @@ class LayeredProblem:
         """How many layers there are, `J`."""
         return len(self.sizes)
 
-    @property
+    @cached_property
     def starts(self) -> Ints:
         """`(J + 1,)` where each layer's coefficients begin."""
         return np.concatenate([[0], np.cumsum(self.sizes)]).astype(np.int64)
@@ -129,7 +130,7 @@ class LayeredProblem:
 
         It is what the largest extreme, the bias and the smoothness pull: `2 ((1−γ) max diag Σ A_l + γ + λ)`.
         """
-        biased = gamma if self.bias is not None else np.zeros_like(gamma)
+        biased = 0.0 if self.bias is None else gamma
         return np.asarray(np.maximum(2 * ((1 - gamma) * self.top + biased + self.smooth), 1e-300))
 
     def evaluate(
@@ -159,8 +160,8 @@ class LayeredProblem:
         correlate(self.gram, data, self.shape, z, parts)
         value = objective(self.shape, pull, old, z, parts) + (1 - gamma) * energy
         gradient(data, self.shape, pull, old, z, parts)
-        residual = kkt(self.shape[0], z, parts[4]) / float(self.scale(np.array(gamma)))
-        return float(value), parts[4].copy(), float(residual)
+        residual = kkt(self.shape[0], z, parts.g) / float(self.scale(np.array(gamma)))
+        return float(value), parts.g.copy(), float(residual)
 
 
 @dataclass(frozen=True, eq=False)
@@ -227,7 +228,8 @@ def solve_layered(
         raise InputError(f"the bias must lie between 0 and 1, but reaches from {bias.min():g} to {bias.max():g}.")
     if problem.bias is None:
         bias[:] = 0.0
-    tolerances = tol * problem.scale(bias)
+    scale = problem.scale(bias)
+    tolerances = tol * scale
     found, values, left = np.empty((len(c), first + size)), np.empty(len(c)), np.empty(len(c))
     rounds = np.zeros(len(c), np.int64)
     begin = 0
@@ -256,7 +258,7 @@ def solve_layered(
         found[:, :first].reshape(-1, problem.regions, problem.layers),
         found[:, first:],
         values,
-        left / problem.scale(bias),
+        left / scale,
         rounds,
         bool((left <= tolerances).all()),
     )

@@ -1,8 +1,8 @@
 """The compiled inside of the layered problem: downhill from the frame before, frame after frame.
 
-Alternation finds the face and Newton steps finish on it.  Alternation alone is monotone but crawls
-where weights and coefficients trade off, so a Newton step on all positive unknowns together follows
-each round, taken only if it lowers the objective.
+A round of alternation says which of the many minima it is to be, and Newton steps on all unknowns
+together go there.  Alternation alone is monotone but crawls where weights and coefficients trade off;
+Newton steps are taken only as far as they lower the objective.
 """
 
 from __future__ import annotations
@@ -15,8 +15,6 @@ from mien.solve.layered_steps import improve_coefficients, improve_weights, newt
 from mien.solve.layered_terms import Parts, Pull, Shape, correlate, gradient, objective, parts_for
 from mien.solve.simplex_kernels import kkt
 
-FINER = 1e-6
-"""Newton steps go on to this share of the tolerance: they cost little, and rounding then hardly shows in the shares."""
 ROUNDING = 1e-14
 """Rises of the objective below this share of its parts are rounding."""
 
@@ -49,7 +47,7 @@ def descend(
     Returns:
         The objective (with its constant), the KKT residual, and the rounds made.
     """
-    starts, g = shape[0], parts[4]
+    starts, g = shape[0], parts.g
     slack = ROUNDING * max(pull[0] * energy, pull[1], 1e-300)
     correlate(gram, c, shape, z, parts)
     value = objective(shape, pull, before, z, parts)
@@ -77,7 +75,7 @@ def descend(
         correlate(gram, c, shape, z, parts)
         value = objective(shape, pull, before, z, parts)
         note(history, count, value)
-        value = newton(gram, c, shape, pull, before, z, value, slack, FINER * tolerance, parts)
+        value = newton(gram, c, shape, pull, before, z, value, slack, tolerance, parts)
         note(history, count, value)
     return value + pull[0] * energy, left, rounds
 
@@ -102,8 +100,9 @@ def descend_frames(
     layers = len(shape[1]) - 1
     parts = parts_for(gram.shape[0], layers, gram.shape[1])
     history, count = np.empty(0), np.zeros(1, np.int64)
+    before = np.empty_like(z)
     for f in range(len(data)):
-        before = z.copy()
+        before[:] = z
         pull = (1.0 - gamma[f], gamma[f], smooth)
         objectives[f], left[f], rounds[f] = descend(
             gram, data[f], energy[f], shape, pull, before, z, tolerances[f], max_rounds, parts, history, count

@@ -1,72 +1,139 @@
 """The data of the layered problem, `c_l = Bᵀ M_l x̂` and `‖x̂‖²`, compiled: all that grows with the number of points.
 
-A dense face has more extremes times points than a cache holds, so a piece of all extremes stays
-there while many frames pass, and each number that is loaded serves four products.  The sums of a
-frame are made in the same order however many frames there are, and wherever it stands among them:
-a stream gives what the take gives, to the bit.
+A dense face has more extremes times points than a cache holds, so a window of points of all extremes
+stays there while many frames pass, a frame is read once, and each number that is loaded serves four
+products.  The sums of a frame are made in the same order however many frames there are, and wherever
+it stands among them: a stream gives what the take gives, to the bit.
 """
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 
-from mien.core.arrays import Floats, Ints
+from mien.core.arrays import Flags, Floats, Ints
 
-CHUNK = 768
-"""Coordinates at a time."""
-BLOCK = 64
-"""Frames that pass together."""
+WINDOW = 512
+"""Points at a time."""
+PASSING = 256
+"""Frames that pass a window before the next window is loaded."""
+GROUP = 16
+"""Frames whose window is laid out at a time."""
 TILE = 4
 """Frames and extremes whose products are made together."""
 
 
+class Layout(NamedTuple):
+    """Points in the order in which they are added up: window by window, in each region by region.
+
+    Attributes:
+        order: `(P,)` the points.
+        pieces: `(Q, 3)` region, and where it begins and ends in that order; none reaches across a window.
+        root: `(P,)` what each point, in that order, is multiplied by.
+        basis: `(N', 3 P)` the extremes in that order, multiplied likewise; `N'` is a multiple of `TILE`.
+    """
+
+    order: Ints
+    pieces: Ints
+    root: Floats
+    basis: Floats
+
+
+def lay_out(basis: Floats, regions: Ints, importance: Floats) -> Layout:
+    """Return the layout of a face.
+
+    Args:
+        basis: `(N, P, 3)` extremes.
+        regions: `(P,)` the region of each point.
+        importance: `(P,)` how much each point counts; sums become means over the points.
+    """
+    count = len(regions)
+    window = np.arange(count) // WINDOW
+    order = np.lexsort((regions, window))
+    changes = np.flatnonzero((np.diff(regions[order]) != 0) | (np.diff(window) != 0)) + 1
+    begins = np.concatenate([[0], changes, [count]]).astype(np.int64)
+    pieces = np.stack([regions[order][begins[:-1]], begins[:-1], begins[1:]], axis=1)
+    root = np.sqrt(importance / count)[order]
+    padded = np.zeros((-(-len(basis) // TILE) * TILE, 3 * count))
+    padded[: len(basis)] = (basis[:, order] * root[:, None]).reshape(len(basis), -1)
+    return Layout(order, np.ascontiguousarray(pieces), root, padded)
+
+
 @njit(cache=True, nogil=True)
-def project_frames(
-    basis: Floats, borders: Ints, order: Ints, root: Floats, moved: Floats, data: Floats, energy: Floats
-) -> None:
+def project_frames(layout: Layout, moved: Floats, data: Floats, energy: Floats, whole: Flags) -> None:
     """Set `c_l = Bᵀ M_l x̂` and `‖x̂‖²` of frames.
 
     Args:
-        basis: `(N, D)` the extremes, points in the order of their regions, times `root`.
-        borders: `(m + 1,)` where each region's coordinates begin.
-        order: `(P,)` the points in that order.
-        root: `(D,)` what each coordinate is multiplied by.
+        layout: of the face.
         moved: `(F, P, 3)`; a NaN point is left out.
         data: `(F, m, N)` filled.
         energy: `(F,)` filled.
+        whole: `(F,)` filled with whether every point is seen.
     """
     data[:] = 0.0
     energy[:] = 0.0
-    frames, rows = len(moved), len(basis)
-    held = -(-min(BLOCK, max(frames, 1)) // TILE) * TILE
-    shown = np.zeros((held, CHUNK))
-    extremes = np.zeros((-(-rows // TILE) * TILE, CHUNK))
-    for first in range(0, frames, BLOCK):
-        count = min(BLOCK, frames - first)
-        for r in range(len(borders) - 1):
-            for begin in range(borders[r], borders[r + 1], CHUNK):
-                width = min(CHUNK, borders[r + 1] - begin)
-                for k in range(rows):
-                    extremes[k, :width] = basis[k, begin : begin + width]
-                for f in range(count):
-                    gather(moved[first + f], order, root, begin, shown[f, :width])
-                    energy[first + f] += square_sum(shown[f, :width])
-                for f in range(0, count, TILE):
-                    for k in range(0, rows, TILE):
-                        tile(shown, extremes, f, k, width, data[first:, r], min(count, f + TILE), rows)
+    whole[:] = True
+    pieces, shown = layout.pieces, np.zeros((GROUP, 3 * WINDOW))
+    for passing in range(0, len(moved), PASSING):
+        last = 0
+        while last < len(pieces):
+            first = last
+            begin = pieces[first, 1]
+            while last < len(pieces) and pieces[last, 2] <= begin - begin % WINDOW + WINDOW:
+                last += 1
+            for f in range(passing, min(len(moved), passing + PASSING), GROUP):
+                count = min(GROUP, passing + PASSING - f, len(moved) - f)
+                gather(layout, moved, f, count, begin, pieces[last - 1, 2], shown, energy, whole)
+                for piece in range(first, last):
+                    add_piece(layout, piece, begin, shown, f, count, data)
 
 
 @njit(cache=True, nogil=True)
-def gather(points: Floats, order: Ints, root: Floats, begin: int, out: Floats) -> None:
-    """Set the weighted coordinates from `begin` on of one frame, 0 where not seen."""
-    for n in range(len(out) // 3):
-        at, point = 3 * n, points[order[begin // 3 + n]]
-        x, y, z = point[0] * root[begin + at], point[1] * root[begin + at + 1], point[2] * root[begin + at + 2]
-        unseen = np.isnan(x)
-        out[at] = 0.0 if unseen else x
-        out[at + 1] = 0.0 if unseen else y
-        out[at + 2] = 0.0 if unseen else z
+def gather(
+    layout: Layout,
+    moved: Floats,
+    first: int,
+    count: int,
+    begin: int,
+    end: int,
+    shown: Floats,
+    energy: Floats,
+    whole: Flags,
+) -> None:
+    """Lay out some frames' points `begin … end`, 0 where not seen, and add to their energies."""
+    order, root = layout.order[begin:end], layout.root[begin:end]
+    for f in range(count):
+        points, row = moved[first + f], shown[f, : 3 * len(order)]
+        for n in range(len(order)):
+            p, w = order[n], root[n]
+            row[3 * n] = w * points[p, 0]
+            row[3 * n + 1] = w * points[p, 1]
+            row[3 * n + 2] = w * points[p, 2]
+        power = square_sum(row)
+        if np.isnan(power):
+            whole[first + f] = False
+            for n in range(len(order)):
+                if np.isnan(row[3 * n]):
+                    row[3 * n : 3 * n + 3] = 0.0
+            power = square_sum(row)
+        energy[first + f] += power
+
+
+@njit(cache=True, nogil=True)
+def add_piece(layout: Layout, piece: int, begin: int, shown: Floats, first: int, count: int, data: Floats) -> None:
+    """Add the products of a piece of all extremes with some frames, of which `shown` has the points from `begin` on."""
+    region, a, b = layout.pieces[piece]
+    for f in range(0, count, TILE):
+        for k in range(0, len(layout.basis), TILE):
+            found = tile(shown, f, 3 * (a - begin), layout.basis, k, 3 * a, 3 * (b - a))
+            for i in range(min(TILE, count - f)):
+                for j in range(min(TILE, data.shape[2] - k)):
+                    data[first + f + i, region, k + j] += found[i][j]
+
+
+Row = tuple[float, float, float, float]
 
 
 @njit(cache=True, nogil=True, fastmath={"reassoc", "contract"})
@@ -79,10 +146,11 @@ def square_sum(x: Floats) -> float:
 
 
 @njit(cache=True, nogil=True, fastmath={"reassoc", "contract"})
-def tile(shown: Floats, extremes: Floats, f: int, k: int, width: int, out: Floats, frames: int, rows: int) -> None:
-    """Add the products of four frames from `f` with four extremes from `k` to `out`, those that there are."""
-    x0, x1, x2, x3 = shown[f], shown[f + 1], shown[f + 2], shown[f + 3]
-    b0, b1, b2, b3 = extremes[k], extremes[k + 1], extremes[k + 2], extremes[k + 3]
+def tile(x: Floats, f: int, x_begin: int, b: Floats, k: int, b_begin: int, width: int) -> tuple[Row, Row, Row, Row]:
+    """Return the products of four rows of `x` from `f` on with four of `b` from `k` on, `width` numbers of each."""
+    x_end, b_end = x_begin + width, b_begin + width
+    x0, x1, x2, x3 = x[f, x_begin:x_end], x[f + 1, x_begin:x_end], x[f + 2, x_begin:x_end], x[f + 3, x_begin:x_end]
+    b0, b1, b2, b3 = b[k, b_begin:b_end], b[k + 1, b_begin:b_end], b[k + 2, b_begin:b_end], b[k + 3, b_begin:b_end]
     s00, s01, s02, s03, s10, s11, s12, s13 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     s20, s21, s22, s23, s30, s31, s32, s33 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(width):
@@ -102,7 +170,4 @@ def tile(shown: Floats, extremes: Floats, f: int, k: int, width: int, out: Float
         s31 += x3[i] * b1[i]
         s32 += x3[i] * b2[i]
         s33 += x3[i] * b3[i]
-    found = ((s00, s01, s02, s03), (s10, s11, s12, s13), (s20, s21, s22, s23), (s30, s31, s32, s33))
-    for i in range(f, frames):
-        for j in range(k, min(k + TILE, rows)):
-            out[i, j] += found[i - f][j - k]
+    return (s00, s01, s02, s03), (s10, s11, s12, s13), (s20, s21, s22, s23), (s30, s31, s32, s33)

@@ -14,9 +14,10 @@ import numpy as np
 from numba import njit
 
 from mien.core.arrays import Flags, Floats, Ints
+from mien.solve.definite import padded, solve_definite
 
-Work = tuple[Floats, Floats, Floats, Ints, Ints]
-"""Scratch: reduced matrix, reduced step, whole step, free variables, and the pivot of each."""
+Work = tuple[Floats, Floats, Floats, Ints, Ints, Floats]
+"""Scratch: reduced matrix, reduced step, whole step, free variables, the pivot of each, and a row."""
 
 RIDGE = 1e-13
 """Ridge on the reduced matrix, relative to the largest curvature or slope: flat directions lead to a wall."""
@@ -25,12 +26,14 @@ RIDGE = 1e-13
 @njit(cache=True, nogil=True)
 def scratch(size: int) -> Work:
     """Return the scratch of a problem with `size` variables."""
+    room_for = padded(size)
     return (
-        np.empty((size, size)),
-        np.empty(size),
+        np.empty((room_for, room_for)),
+        np.empty(room_for),
         np.empty(size),
         np.empty(size, np.int64),
         np.empty(size, np.int64),
+        np.empty(size),
     )
 
 
@@ -76,7 +79,7 @@ def face_step(matrix: Floats, g: Floats, starts: Ints, x: Floats, free: Flags, w
 
     `shift` is added to the curvature, relative to its largest, to make it positive.
     """
-    reduced, step, whole, members, pivots = work
+    reduced, step, whole, members, pivots, row = work
     n, top = 0, 0.0
     for b in range(len(starts) - 1):
         p = largest(starts, x, b)
@@ -91,35 +94,16 @@ def face_step(matrix: Floats, g: Floats, starts: Ints, x: Floats, free: Flags, w
     for a in range(n):
         i, p = members[a], pivots[a]
         step[a] = g[p] - g[i]
+        for c in range(len(x)):
+            row[c] = matrix[i, c] - matrix[p, c]
         for c in range(a, n):
-            j, q = members[c], pivots[c]
-            reduced[a, c] = (matrix[i, j] - matrix[i, q]) - (matrix[p, j] - matrix[p, q])
+            reduced[a, c] = row[members[c]] - row[pivots[c]]
         reduced[a, a] += ridge
     if not solve_definite(reduced, n, step):
         return False
     for a in range(n):
         whole[members[a]] += step[a]
         whole[pivots[a]] -= step[a]
-    return True
-
-
-@njit(cache=True, nogil=True)
-def solve_definite(upper: Floats, n: int, x: Floats) -> bool:
-    """Solve in place with the positive definite matrix whose upper triangle is given and destroyed; False if it is not."""
-    for i in range(n):
-        pivot = upper[i, i]
-        if not pivot > 0:
-            return False
-        for j in range(i + 1, n):
-            ratio = upper[i, j] / pivot
-            for c in range(j, n):
-                upper[j, c] -= ratio * upper[i, c]
-            x[j] -= ratio * x[i]
-    for i in range(n - 1, -1, -1):
-        s = x[i]
-        for j in range(i + 1, n):
-            s -= upper[i, j] * x[j]
-        x[i] = s / upper[i, i]
     return True
 
 
@@ -221,7 +205,7 @@ def minimise_simplices(
 @njit(cache=True, nogil=True)
 def minimise_faces(matrix: Floats, q: Floats, x: Floats, work: Work) -> None:
     """Set `x` to the minimum of `½ xᵀQx − qᵀx` over one simplex: the best of the minima of all its faces."""
-    reduced, step, trial, members, _ = work
+    reduced, step, trial, members, _, _ = work
     size, best = len(q), np.inf
     for face in range(1, 1 << size):
         n, first = 0, -1

@@ -12,16 +12,15 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy import fft
 
-from mien.core.arrays import Floats, Ints, floats, indices
+from mien.core.arrays import Flags, Floats, Ints, floats, indices
 from mien.core.errors import InputError
 from mien.solve import spacetime_kernels as kernels
 from mien.solve.symmetric import semidefinite
 
 HALVINGS = 12
 """How often a step that does not lower the objective is halved before the sweeps go on alone."""
-SWEEPS = 2
+SWEEPS = 4
 """Between steps on the free set; they find out what is free."""
 
 
@@ -58,7 +57,7 @@ class ClipProblem:
         put(self, "load", floats(self.load, (None, None), "the load"))
         frames, size = self.load.shape
         for name in ("blocks", "links"):
-            put(self, name, np.ascontiguousarray(floats(getattr(self, name), (None, size, size), f"the {name}")))
+            put(self, name, floats(np.ascontiguousarray(getattr(self, name)), (None, size, size), f"the {name}"))
         put(self, "which", indices(self.which, (frames,), len(self.blocks), "the blocks of frames"))
         put(self, "joined", indices(self.joined, (max(frames - 1, 0),), len(self.links), "the links of frames"))
         put(self, "l1", floats(self.l1, (size,), "the l1 penalty"))
@@ -77,10 +76,16 @@ class ClipProblem:
         curve = np.einsum("bkk->bk", used).max(initial=0.0)
         return float(max(curve, np.abs(self.load).max(initial=0.0)))
 
+    @cached_property
+    def chain(self) -> tuple[Floats, Ints, Floats, Flags, Ints]:
+        """The matrices as the kernels take them: which links are diagonal stands beside them."""
+        off = self.links * (1 - np.eye(self.links.shape[-1]))
+        return self.blocks, self.which, self.links, np.asarray(~off.any(axis=(1, 2))), self.joined
+
     def gradient(self, x: Floats) -> Floats:
         """Return the gradient of the smooth part at `x` `(F, K)`."""
         g = np.empty_like(x)
-        kernels.gradients(self.blocks, self.which, self.links, self.joined, self.load, x, g)
+        kernels.gradients(*self.chain, self.load, x, g)
         return g
 
     def objective(self, x: Floats) -> float:
@@ -120,12 +125,11 @@ def solve_clip(problem: ClipProblem, start: Floats, *, tol: float = 1e-8, max_ro
         max_rounds: rounds after which it is given up; `converged` tells.
     """
     x = np.clip(floats(start, problem.load.shape, "the starting weights"), problem.lower, problem.upper)
-    shared = (problem.blocks, problem.which, problem.links, problem.joined)
     limits = (problem.l1, problem.lower, problem.upper)
     rounds, left = 0, problem.kkt(x)
     while left > tol and rounds < max_rounds:
         for number in range(SWEEPS):
-            kernels.sweep(*shared, problem.load, *limits, x, number % 2 == 1)
+            kernels.sweep(*problem.chain, problem.load, *limits, x, number % 2 == 1)
         x = _newton_step(problem, x)
         rounds, left = rounds + 1, problem.kkt(x)
     return ClipSolution(x, left, rounds, left <= tol)
@@ -136,8 +140,7 @@ def _newton_step(problem: ClipProblem, x: Floats) -> Floats:
     g, d, count = problem.gradient(x), np.zeros_like(x), np.empty(len(x), np.int64)
     free, limits = np.empty(x.shape, np.int64), (problem.l1, problem.lower, problem.upper)
     kernels.free_sets(problem.blocks, problem.which, *limits, x, free, count)
-    shared = (problem.blocks, problem.which, problem.links, problem.joined)
-    kernels.newton_direction(*shared, problem.l1, x, g, free, count, d)
+    kernels.newton_direction(*problem.chain, problem.l1, x, g, free, count, d)
     before = kernels.objective(problem.load, problem.l1, x, g)
     candidate = np.empty_like(x)
     for halving in range(HALVINGS):
@@ -164,6 +167,8 @@ def solve_uniform(gram: Floats, link: Floats, load: Floats) -> Floats:
     Raises:
         InputError: a matrix is not positive semi-definite.
     """
+    from scipy import fft  # a while to import, and most clips are bounded
+
     gram, link = semidefinite(gram, "the Gram matrix"), semidefinite(link, "the link")
     values, vectors = np.linalg.eigh(gram + link)
     kept = values > len(values) * np.finfo(np.float64).eps * max(values[-1], 0.0)

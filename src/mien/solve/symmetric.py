@@ -29,10 +29,22 @@ def semidefinite(value: ArrayLike, what: str) -> Floats:
             f"{what} must be symmetric, but ({i}, {j}) is {matrix[i, j]:g} and ({j}, {i}) {matrix[j, i]:g}."
         )
     symmetric = (matrix + matrix.T) / 2
-    lowest = float(np.linalg.eigvalsh(symmetric)[0])
-    if lowest < -slack * len(matrix):
-        raise InputError(
-            f"{what} must be positive semi-definite, but has the eigenvalue {lowest:g}: "
-            "a quadratic energy with it has no minimum. Build it as AᵀA."
-        )
+    if not _definite(symmetric, slack * len(matrix)):
+        lowest = float(np.linalg.eigvalsh(symmetric)[0])
+        if lowest < -slack * len(matrix):
+            raise InputError(
+                f"{what} must be positive semi-definite, but has the eigenvalue {lowest:g}: "
+                "a quadratic energy with it has no minimum. Build it as AᵀA."
+            )
     return symmetric
+
+
+def _definite(matrix: Floats, slack: float) -> bool:
+    """Tell whether a symmetric matrix has a Cholesky factor with `slack` on its diagonal: cheaper than eigenvalues."""
+    lifted = matrix.copy()
+    lifted.flat[:: len(lifted) + 1] += slack
+    try:
+        np.linalg.cholesky(lifted)
+    except np.linalg.LinAlgError:
+        return False
+    return True

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from statistics import median
 from typing import Any, NamedTuple
 
-from mien.evaluate.bench.document import Document
+from mien.evaluate.bench.document import Document, row_key
 from mien.evaluate.bench.figures import FIGURES, Figure, badness
 
 SHARE = 0.01
@@ -55,11 +55,11 @@ def gate(now: Document, baseline: Document, *, whole: bool = True, factor: float
         whole: whether a row of the baseline that was not run is a regression.
         factor: how many times as long a method may take, relative to the reference.
     """
-    rows = {_key(row): row for row in now["rows"]}
+    rows = {row_key(row): row for row in now["rows"]}
     found: list[Regression] = []
     compared = figures = 0
     for old in baseline["rows"]:
-        new = rows.get(_key(old))
+        new = rows.get(row_key(old))
         if new is None:
             found += [Regression(_where(old), old["method"], "row", None, None, None)] * whole
             continue
@@ -101,7 +101,7 @@ def _times(
     now: Sequence[Mapping[str, Any]], baseline: Sequence[Mapping[str, Any]], factor: float
 ) -> tuple[bool, list[Regression]]:
     """Compare each method's time per frame over the reference's, the median over scenes that both runs have."""
-    both = {_key(row) for row in now} & {_key(row) for row in baseline}
+    both = {row_key(row) for row in now} & {row_key(row) for row in baseline}
     ratios = [_ratios(rows, both) for rows in (baseline, now)]
     methods = [method for method in ratios[0] if method in ratios[1]]
     found = []
@@ -115,7 +115,7 @@ def _times(
 def _ratios(rows: Sequence[Mapping[str, Any]], among: set[tuple[Any, ...]]) -> dict[str, list[float]]:
     found: dict[str, list[float]] = {}
     for row in rows:
-        if _key(row) in among and row.get("time_ratio") is not None:
+        if row_key(row) in among and row.get("time_ratio") is not None:
             found.setdefault(row["method"], []).append(float(row["time_ratio"]))
     return found
 
@@ -125,11 +125,6 @@ def _value(figure: Figure, bad: float) -> float:
     if figure.sense == "one":
         return 1 + bad
     return -bad if figure.sense == "high" else bad
-
-
-def _key(row: Mapping[str, Any]) -> tuple[Any, ...]:
-    keys = ("method", "performance", "character", "conditions")
-    return (*(row[key] for key in keys), tuple(row["identities"]))
 
 
 def _where(row: Mapping[str, Any]) -> str:

@@ -95,12 +95,14 @@ def mouth_rings(half: Half, mouth: Mouth, solids: Solids, marks: dict[str, int])
 
 def _mark(marks: dict[str, int], inner: Ints, outer: Ints, angles: Floats) -> None:
     """Name the lips' landmarks at these angles around the mouth [degrees]."""
-    for ring, names in ((outer, {51: 90, 52: 60, 53: 32, 54: 0, 55: -32, 56: -60, 57: -90}), (inner, INNER)):
+    for ring, names in ((outer, OUTER), (inner, INNER)):
         for number, degrees in names.items():
             marks[f"ibug_{number}"] = int(ring[np.argmin(np.abs(angles - np.radians(degrees)))])
 
 
-INNER = {62: 90, 63: 52, 64: 0, 65: -52, 66: -90}
+OUTER = {51: 90, 52: 73, 53: 48, 54: 0, 55: -46, 56: -63, 57: -90}
+"""Angles whose cosines are the shares of half the mouth at which human lips have these landmarks [degrees]."""
+INNER = {62: 90, 63: 62, 64: 0, 65: -62, 66: -90}
 
 
 def _on_midline(points: Floats) -> Floats:

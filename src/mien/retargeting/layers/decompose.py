@@ -20,6 +20,7 @@ it costs 1–3 % of the reconstruction and takes a fifth of the jitter.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -27,10 +28,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mien.core.arrays import Flags, Floats, Ints
+from mien.core.arrays import Flags, Floats
 from mien.retargeting.layers.model import LayeredFace
 from mien.solve.layered import Bias, LayeredProblem, LayeredSolution, solve_layered
-from mien.solve.layered_projection import project_frames
+from mien.solve.layered_projection import Layout, lay_out, project_frames
 
 RATE = 30.0
 """The frame rate for which the smoothness is stated."""
@@ -62,25 +63,29 @@ class Lips:
     closing: float
     bias: Bias
 
-    def gamma(self, points: Floats, fps: float, opened: float = 0.0) -> tuple[Floats, float]:
+    def gap(self, moved: Floats, rest: Floats) -> Floats:
+        """Return the distance of the lips `(F,)`, NaN where one is not seen, of displacements `(F, P, 3)` from rest."""
+        between = (moved[:, self.upper] + rest[self.upper]) - (moved[:, self.lower] + rest[self.lower])
+        return np.asarray(np.sqrt((between**2).sum(axis=1)))
+
+    def gamma(self, gap: Floats, fps: float, opened: float = 0.0) -> tuple[Floats, float]:
         """Return γ of frames, and what the next frame needs to know.
 
         Args:
-            points: `(F, P, 3)` [cm]; γ is 0 where a lip is not seen.
+            gap: `(F,)` how far the lips are apart [cm]; γ is 0 where it is NaN.
             fps: frames per second.
             opened: how far the lips were apart lately, of the frame before [inter-ocular distances].
 
         Returns:
             `(F,)`, and `opened` of the last frame.
         """
-        between = points[:, self.upper] - points[:, self.lower]
         fading = math.exp(-1 / (self.closing * fps)) if self.closing else 0.0
-        gamma = np.zeros(len(between))
-        for f, gap in enumerate(np.sqrt((between**2).sum(axis=1)).tolist()):
+        gamma = np.zeros(len(gap))
+        for f, apart in enumerate(gap.tolist()):
             lately = fading * opened
-            d = 0.0 if math.isnan(gap) else max(gap - self.closed, 0.0) / INTEROCULAR_CM
+            d = 0.0 if math.isnan(apart) else max(apart - self.closed, 0.0) / INTEROCULAR_CM
             opened = max(d, lately)
-            if not math.isnan(gap):
+            if not math.isnan(apart):
                 gamma[f] = self.closure * self._near(d) * (1 - self._near(lately) if self.closing else 1.0)
         return gamma, opened
 
@@ -136,30 +141,31 @@ class Decomposer:
             frame that sees nothing holds the one before, or is at rest if there is none.  And the
             memory of the frames that follow.
         """
-        seen = ~np.isnan(moved[..., 0])
         gamma, (before, opened) = np.zeros(len(moved)), memory
         if self.lips is not None:
-            gamma, opened = self.lips.gamma(moved + self.face.rest, fps, opened)
+            gamma, opened = self.lips.gamma(self.lips.gap(moved, self.face.rest), fps, opened)
         smooth = self.smooth * (fps / RATE) ** 2
+        data, energy, whole = self._projected(moved)
         parts = []
-        cuts = [0, *(np.flatnonzero((seen[1:] != seen[:-1]).any(axis=1)) + 1).tolist(), len(moved)]
-        for begin, end in pairwise(cuts):
-            shown, known = moved[begin:end], seen[begin:end]
-            if before is None and not known[0].any():
-                shown, known = np.zeros_like(shown), np.ones_like(known)
-            data, energy = self.project(shown)
-            part = solve_layered(self.problem(known[0], smooth), data, energy, gamma[begin:end], before)
+        for begin, end, seen in _runs(moved, whole):
+            if before is None and not seen.any():
+                seen = np.ones_like(seen)
+            span = slice(begin, end)
+            part = solve_layered(self.problem(seen, smooth), data[span], energy[span], gamma[span], before)
             before = part.last
             parts.append(part)
         return _joined(parts), Memory(before, opened)
 
     def project(self, moved: Floats) -> tuple[Floats, Floats]:
         """Return `c_l = Bᵀ M_l x̂` `(F, m, N)` and `‖x̂‖²` `(F,)`, means over the points; NaN points say nothing."""
-        order, borders, basis = self._sorted
-        data = np.empty((len(moved), len(borders) - 1, len(basis)))
-        energy = np.empty(len(moved))
-        project_frames(basis, borders, order, self._root, np.ascontiguousarray(moved), data, energy)
-        return data, energy
+        return self._projected(moved)[:2]
+
+    def _projected(self, moved: Floats) -> tuple[Floats, Floats, Flags]:
+        """Return what `project` does, and which frames see every point."""
+        data = np.empty((len(moved), len(self.face.regions.names), sum(self.face.sizes)))
+        energy, whole = np.empty(len(moved)), np.empty(len(moved), bool)
+        project_frames(self._layout, np.ascontiguousarray(moved), data, energy, whole)
+        return data, energy, whole
 
     def problem(self, seen: Flags, smooth: float) -> LayeredProblem:
         """Return the problem for frames that see these points `(P,)`."""
@@ -173,17 +179,16 @@ class Decomposer:
 
     def _gram(self, seen: Flags) -> Floats:
         """Return `A_l = Bᵀ M_l B` of the seen points: of all, less those of the others where these are fewer."""
-        order = self._sorted[0]
         if seen.all():
             return self._whole
         few = seen.mean() < 0.5
-        part = self._products((seen if few else ~seen)[order])
+        part = self._products(seen if few else ~seen)
         return part if few else self._whole - part
 
     def _products(self, chosen: Flags) -> Floats:
-        _, borders, basis = self._sorted
-        pick = np.repeat(chosen, 3)
-        parts = [basis[:, a:b][:, pick[a:b]] for a, b in pairwise(borders)]
+        order, basis = self._layout.order, self._layout.basis[: sum(self.face.sizes)]
+        picks = [chosen & (self.face.regions.of == r) for r in range(len(self.face.regions.names))]
+        parts = [basis[:, np.repeat(pick[order], 3)] for pick in picks]
         return np.stack([part @ part.T for part in parts])
 
     @cached_property
@@ -195,24 +200,8 @@ class Decomposer:
         return {}
 
     @cached_property
-    def _root(self) -> Floats:
-        """`(3 P,)` what coordinates are multiplied by so that sums over them are means over points."""
-        order, _ = self._sorted_points
-        return np.repeat(np.sqrt(self.importance / len(self.importance))[order], 3)
-
-    @cached_property
-    def _sorted_points(self) -> tuple[Ints, Ints]:
-        of = self.face.regions.of
-        order = np.argsort(of, kind="stable")
-        borders = 3 * np.searchsorted(of[order], np.arange(len(self.face.regions.names) + 1))
-        return order, borders.astype(np.int64)
-
-    @cached_property
-    def _sorted(self) -> tuple[Ints, Ints, Floats]:
-        """Points in the order of their regions, where each region's coordinates begin, and the basis in that order."""
-        order, borders = self._sorted_points
-        basis = self.face.basis[:, order].reshape(len(self.face.basis), -1) * self._root
-        return order, borders, np.ascontiguousarray(basis)
+    def _layout(self) -> Layout:
+        return lay_out(self.face.basis, self.face.regions.of, self.importance)
 
 
 def residual_mm(face: LayeredFace, found: LayeredSolution, moved: Floats) -> Floats:
@@ -235,6 +224,20 @@ def outside(face: LayeredFace, found: LayeredSolution, moved: Floats) -> Floats:
     size = np.sqrt((np.where(seen, moved, 0.0) ** 2).sum(axis=(1, 2)))
     off = np.sqrt((error**2).sum(axis=(1, 2)))
     return np.asarray(np.minimum(off / np.maximum(size, 1e-300), 1.0) * (size > 0))
+
+
+def _runs(moved: Floats, whole: Flags) -> Iterator[tuple[int, int, Flags]]:
+    """Yield runs of frames that see the same points: where they begin and end, and which points.
+
+    Most frames see all, and a look at every point of every frame would take as long as their layers.
+    """
+    if whole.all():
+        yield 0, len(moved), np.ones(moved.shape[1], bool)
+        return
+    seen = np.ones(moved.shape[:2], bool)
+    seen[~whole] = ~np.isnan(moved[~whole, :, 0])
+    for begin, end in pairwise([0, *(np.flatnonzero((seen[1:] != seen[:-1]).any(axis=1)) + 1).tolist(), len(moved)]):
+        yield begin, end, seen[begin]
 
 
 def _joined(parts: list[LayeredSolution]) -> LayeredSolution:

@@ -107,12 +107,12 @@ class LayeredFace:
         if wrong:
             raise InputError(f"{self.name} has {len(self.rest)} points, but these are for others: {wrong}.")
 
-    @property
+    @cached_property
     def sizes(self) -> tuple[int, ...]:
         """`K_j` of each layer."""
         return tuple(len(layer.extremes) for layer in self.layers)
 
-    @property
+    @cached_property
     def starts(self) -> Ints:
         """`(J + 1,)` where each layer's extremes begin among all `N`."""
         return np.concatenate([[0], np.cumsum(self.sizes)]).astype(np.int64)

@@ -24,13 +24,13 @@ SHOWN = 0.1
 """A shape whose strongest weight stays below this was not shown, and keeps its strength."""
 LARGEST = 1.5
 """Weights may go this far while the range is being found, and shapes grow by as much at most."""
-FIRST, LAST = 0.9, 0.7
+FIRST, LAST = 0.9, 0.6
 """How far, in powers, shapes are brought to the range that weights show before and after they are refitted.
 
 Weights of the shapes as they start are misled: a shape that its neighbours replace is taken for
 a small one.  Afterwards the refit has taken up part of what the first calibration left.
 """
-FRAMES = 800
+FRAMES = 2000
 """Longer takes are thinned to about this many frames."""
 ROUNDS = 3
 SMOOTH = 0.001

@@ -32,8 +32,8 @@ WORTH = 0.04
 """Whole shapes of the opinion must take this share off what is left unexplained to be worth it; half of it, half that."""
 REGIONS: Mapping[str, tuple[str, ...]] = {
     "brows": ("brow",),
-    "eyes": ("eye", "blink", "squint", "lid"),
     "cheeks": ("cheek", "nose"),
+    "eyes": ("eye", "blink", "squint", "lid"),
 }
 """Words in the names of each region's shapes, the first region that holds one; all others are the mouth's."""
 MOUTH = "mouth"

@@ -7,7 +7,7 @@ source are made to meet by `contact`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,7 +20,7 @@ from mien.rigging.blendshapes import deformation_transfer, rbf
 from mien.rigging.blendshapes.dense import transfer as through_correspondence
 from mien.rigging.contact import Closing, close
 from mien.rigging.dense import DenseFit
-from mien.rigging.parts import move_parts
+from mien.rigging.parts import Attachment, attachments, move_parts
 from mien.vocabularies import shape_key
 
 
@@ -32,15 +32,17 @@ class Method:
         about: one line for tables.
         transfer: from the source's deltas `(K, Ns, 3)`, the correspondence and the points on the source of the
             target's skin vertices, to the displacements `(K, M, 3)` of those vertices.
+        adds_up: whether it carries the sum of two shapes to the sum of what it carries them to.
     """
 
     about: str
     transfer: Callable[[Floats, DenseFit, SurfacePoints], Floats]
+    adds_up: bool = True
 
 
 METHODS: dict[str, Method] = {
     "dense": Method("every vertex moves as its point on the source, turned and scaled", through_correspondence),
-    "rbf": Method("the landmark warp of the moved face less that of the face at rest", rbf.transfer),
+    "rbf": Method("the landmark warp of the moved face less that of the face at rest", rbf.transfer, adds_up=False),
     "deformation-transfer": Method(
         "every triangle deforms as its counterpart (Sumner & Popović 2004)", deformation_transfer.transfer
     ),
@@ -48,7 +50,12 @@ METHODS: dict[str, Method] = {
 
 
 def carried(
-    rig: Rig, fit: DenseFit, method: str = "dense", *, contact: bool = True
+    rig: Rig,
+    fit: DenseFit,
+    method: str = "dense",
+    *,
+    contact: bool = True,
+    attached: tuple[Attachment, ...] | None = None,
 ) -> tuple[Blendshapes, tuple[Note, ...]]:
     """Carry a rig's blendshapes to the face it was laid on.
 
@@ -57,6 +64,7 @@ def carried(
         fit: the correspondence.
         method: a key of `METHODS`.
         contact: whether lids and lips that meet on the source are made to meet.
+        attached: what the target's parts follow; found if None.
 
     Returns:
         The shapes of the target under the same names; and notes on empty shapes, parts, and gaps that were closed.
@@ -76,13 +84,36 @@ def carried(
     deltas = rig.blendshapes.deltas
     skin = np.flatnonzero(fit.target_skin)
     moved = np.zeros((len(deltas), len(fit.target.vertices), 3))
-    moved[:, skin] = METHODS[method].transfer(deltas, fit, fit.back.take(skin))
+    together = {} if METHODS[method].adds_up else poses(rig.blendshapes.names)
+    moved[:, skin] = _atop(METHODS[method].transfer, together.values(), deltas, fit, fit.back.take(skin))
     notes = [Note("empty-blendshape", "the shape moves nothing on the source", name) for name in rig.blendshapes.empty]
     if contact:
         moved, remarks = closed(rig.blendshapes, moved, fit)
         notes += remarks
-    moved, attached = move_parts(deltas, moved, fit)
-    return Blendshapes(rig.blendshapes.names, moved), (*notes, *attached)
+    moved, riding = move_parts(deltas, moved, fit, attachments(fit) if attached is None else attached)
+    return Blendshapes(rig.blendshapes.names, moved), (*notes, *riding)
+
+
+def _atop(
+    transfer: Callable[[Floats, DenseFit, SurfacePoints], Floats],
+    together: Iterable[tuple[int, ...]],
+    deltas: Floats,
+    fit: DenseFit,
+    back: SurfacePoints,
+) -> Floats:
+    """Move shapes, and those that mean something on top of others only, the last of some rows, on top of them.
+
+    A warp bends the closing of a mouth where the lips are when the jaw is open, not where they rest.
+    """
+    upon = [(rows[-1], list(rows[:-1])) for rows in together if len(rows) > 1]
+    posed = np.array(deltas) if upon else deltas
+    for row, base in upon:
+        posed[row] += deltas[base].sum(axis=0)
+    moved = transfer(posed, fit, back)
+    for row, base in upon:
+        stirred = np.any(back.of(deltas[row]), axis=1, keepdims=True)
+        moved[row] = np.where(stirred, moved[row] - moved[base].sum(axis=0), 0.0)
+    return moved
 
 
 def closed(source: Blendshapes, moved: Floats, fit: DenseFit) -> tuple[Floats, tuple[Note, ...]]:

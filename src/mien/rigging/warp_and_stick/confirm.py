@@ -11,15 +11,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from mien.core import SurfacePoints
-from mien.core.arrays import Flags, Floats, Ints
+from mien.core.arrays import Flags, Ints
 from mien.geometry.surface import closest_points
 from mien.rigging.warp_and_stick.sheet import Sheet
 from mien.rigging.warp_and_stick.stick import DETOUR
-from mien.rigging.warp_and_stick.triangle import distance
-from mien.rigging.warp_and_stick.walk import Ways, arrives, forget, walk
+from mien.rigging.warp_and_stick.walk import walk, within
 
 WIDENINGS = 6
 """How often the way around a point is doubled until something stuck is found along it."""
@@ -42,7 +40,7 @@ def confirmed(
     """
     rows = np.flatnonzero(wanted)
     landed = _heaviest(there)
-    agree = _same_side(target.vertices, target.ways, rows, landed[_heaviest(back)[rows]])
+    agree = _same_side(target, rows, landed[_heaviest(back)[rows]])
     corners, weights = back.corners.copy(), back.weights.copy()
     arrivals = _Arrivals.of(landed, stuck, len(target.vertices))
     changed = 0
@@ -88,16 +86,9 @@ def _heaviest(points: SurfacePoints) -> Ints:
     return np.asarray(points.corners[np.arange(len(points)), np.argmax(points.weights, axis=1)])
 
 
-@njit(cache=True, nogil=True)
-def _same_side(vertices: Floats, ways: Ways, rows: Ints, others: Ints) -> Flags:
+def _same_side(target: Sheet, rows: Ints, others: Ints) -> Flags:
     """Tell of pairs of vertices whether the way between them is about as short as the straight one."""
-    along, touched = np.full(len(vertices), np.inf), np.empty(len(vertices), np.int64)
-    same, at_once = np.ones(len(rows), np.bool_), np.zeros(1)
-    for k in range(len(rows)):
-        v, w = rows[k], others[k]
-        slack = 2 * ways.lengths[ways.starts[v] : ways.starts[v + 1]].mean()
-        along[v], touched[0] = 0.0, v
-        limit = DETOUR * distance(vertices[v], vertices[w]) + slack
-        same[k], count = arrives(ways, limit, along, touched, 1, others[k : k + 1], at_once)
-        forget(along, touched, count)
-    return same
+    ways = target.ways
+    around = np.add.reduceat(np.append(ways.lengths, 0.0), ways.starts[:-1]) / np.maximum(np.diff(ways.starts), 1)
+    apart = np.linalg.norm(target.vertices[rows] - target.vertices[others], axis=1)
+    return within(ways, others, rows, DETOUR * apart + 2 * around[rows])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy import sparse
@@ -10,8 +11,9 @@ from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.spatial import cKDTree
 
 from mien.core.arrays import Flags, Floats, Ints
-from mien.geometry.surface import triangle_normals, vertex_normals
-from mien.rigging.warp_and_stick.walk import Ways, seams
+from mien.geometry.surface import Searchable, triangle_normals, vertex_normals
+from mien.rigging.warp_and_stick.seams import seams
+from mien.rigging.warp_and_stick.walk import Ways
 
 SEAM_REACH = 0.06
 """Two sides of a seam are nearer to each other than this share of the face's radius …"""
@@ -54,24 +56,44 @@ class Sheet:
             twins: `(P, 2)` vertices that are one point of the skin.
             usable: `(T,)` which triangles may be stuck to; all if None.
         """
-        n = len(vertices)
+        # copies, so that the compiled walks meet one kind of array and are compiled once
+        vertices, triangles = np.array(vertices, order="C"), np.array(triangles, dtype=np.int64, order="C")
         usable = np.ones(len(triangles), dtype=np.bool_) if usable is None else usable
-        graph = _adjacency(triangles, twins, n)
-        rows = np.repeat(np.arange(n), np.diff(graph.indptr))
-        lengths = np.linalg.norm(vertices[rows] - vertices[graph.indices], axis=1)
-        fan = np.flatnonzero(usable)
-        owners = triangles[fan].T.ravel()
-        fans = sparse.csr_matrix((np.ones(len(owners)), (owners, np.tile(fan, 3))), shape=(n, len(triangles)))
+        graph = _adjacency(triangles, twins, len(vertices))
         return cls(
-            np.array(vertices),  # copies, so that the compiled walks meet one kind of array
-            np.array(triangles, dtype=np.int64),
+            vertices,
+            triangles,
             triangle_normals(vertices, triangles),
             vertex_normals(vertices, triangles),
-            Ways(graph.indptr.astype(np.int64), graph.indices.astype(np.int64), lengths),
-            fans.indptr.astype(np.int64),
-            fans.indices.astype(np.int64),
+            _ways(vertices, graph.indptr.astype(np.int64), graph.indices.astype(np.int64)),
+            *_fans(triangles, usable, len(vertices)),
             usable,
         )
+
+    def at(self, vertices: Floats, usable: Flags | None = None) -> Sheet:
+        """Return the same sheet elsewhere `(N, 3)`, and perhaps with only some of its triangles usable."""
+        vertices, triangles = np.array(vertices, order="C"), self.triangles
+        starts, fans = (self.fan_starts, self.fans) if usable is None else _fans(triangles, usable, len(vertices))
+        return Sheet(
+            vertices,
+            triangles,
+            triangle_normals(vertices, triangles),
+            vertex_normals(vertices, triangles),
+            _ways(vertices, self.ways.starts, self.ways.ends),
+            starts,
+            fans,
+            self.usable if usable is None else usable,
+        )
+
+    @cached_property
+    def used(self) -> Ints:
+        """The vertices of its triangles."""
+        return np.flatnonzero(np.bincount(self.triangles.ravel(), minlength=len(self.vertices)))
+
+    @cached_property
+    def ground(self) -> Searchable:
+        """Its usable triangles, for closest points."""
+        return Searchable(self.vertices, self.triangles[self.usable])
 
     def graph(self, shortest: float = 0.0) -> sparse.csr_matrix:
         """Return the `(N, N)` lengths of the edges, none of them stored as less than `shortest`."""
@@ -113,7 +135,7 @@ def twins_of(vertices: Floats, triangles: Ints) -> Ints:
     sheets meet edge to edge: a tear film that merely touches the lid is not its skin.
     """
     extent = float(np.ptp(vertices, axis=0).max())
-    used = np.unique(triangles)
+    used = np.flatnonzero(np.bincount(triangles.ravel(), minlength=len(vertices)))
     pairs = used[cKDTree(vertices[used]).query_pairs(1e-7 * extent, output_type="ndarray")]
     if not len(pairs):
         return np.empty((0, 2), dtype=np.int64)
@@ -128,6 +150,9 @@ def _sewn(triangles: Ints, pairs: Ints, count: int) -> Ints:
     joined = sparse.csr_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
     _, place = connected_components(joined, directed=False)
     edges = np.concatenate([triangles[:, [i, (i + 1) % 3]] for i in range(3)]).astype(np.int64)
+    doubled = np.zeros(count, np.bool_)
+    doubled[pairs] = True
+    edges = edges[doubled[edges].any(axis=1)]  # no other edge has one running along it
     border = edges[~np.isin(edges[:, 0] * count + edges[:, 1], edges[:, 1] * count + edges[:, 0])]
     ends = place[border].astype(np.int64)
     along = np.isin(ends[:, 0] * count + ends[:, 1], ends[:, 1] * count + ends[:, 0])
@@ -145,6 +170,20 @@ def skin_of(triangles: Ints, twins: Ints, count: int, landmarks: Ints) -> Flags:
     """
     _, part = connected_components(_adjacency(triangles, twins, count), directed=False)
     return np.asarray(np.isin(part, part[landmarks]))
+
+
+def _ways(vertices: Floats, starts: Ints, ends: Ints) -> Ways:
+    """Return edges with their lengths."""
+    rows = np.repeat(np.arange(len(vertices)), np.diff(starts))
+    return Ways(starts, ends, np.linalg.norm(vertices[rows] - vertices[ends], axis=1))
+
+
+def _fans(triangles: Ints, usable: Flags, count: int) -> tuple[Ints, Ints]:
+    """Return the usable triangles around each of `count` vertices: where those of each start, and which they are."""
+    fan = np.flatnonzero(usable)
+    owners = triangles[fan].T.ravel()
+    fans = sparse.csr_matrix((np.ones(len(owners)), (owners, np.tile(fan, 3))), shape=(count, len(triangles)))
+    return fans.indptr.astype(np.int64), fans.indices.astype(np.int64)
 
 
 def _adjacency(triangles: Ints, twins: Ints, count: int) -> sparse.csr_matrix:

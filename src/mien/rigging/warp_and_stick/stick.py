@@ -18,7 +18,6 @@ from numba import njit
 
 from mien.core import SurfacePoints
 from mien.core.arrays import Flags, Floats, Ints
-from mien.geometry.surface import closest_points
 from mien.rigging.warp_and_stick.sheet import Sheet
 from mien.rigging.warp_and_stick.triangle import distance, dot, nearest, point_at
 from mien.rigging.warp_and_stick.walk import Ways, arrives, forget, walk
@@ -116,8 +115,8 @@ def stick(film: Sheet, order: Floats, ground: Sheet, anchors: Anchors, radius: f
         distance=np.zeros(n),
         state=np.zeros(n, np.int64),
     )
-    sought = np.setdiff1d(np.unique(film.triangles), anchors.vertices[anchors.exact])
-    nearest, away, which = closest_points(ground.vertices, ground.triangles[ground.usable], film.vertices[sought])
+    sought = np.setdiff1d(film.used, anchors.vertices[anchors.exact])
+    nearest, away, which = ground.ground.closest(film.vertices[sought])
     lying.corners[sought], lying.weights[sought] = nearest.corners, nearest.weights
     lying.triangle[sought], lying.distance[sought] = np.flatnonzero(ground.usable)[which], away
     _lay(

@@ -7,9 +7,12 @@ from numba import njit
 
 from mien.core.arrays import Floats, Ints
 
+Place = tuple[float, float, float]
+"""A point in space as numbers: in inner loops, arrays cost more than the work."""
+
 
 @njit(cache=True, nogil=True)
-def distance(a: Floats, b: Floats) -> float:
+def distance(a: Place | Floats, b: Place | Floats) -> float:
     """Return the distance between two points."""
     return float(np.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2))
 
@@ -30,7 +33,7 @@ def point_at(vertices: Floats, corners: Ints, weights: Floats) -> Floats:
 
 
 @njit(cache=True, nogil=True)
-def nearest(query: Floats, vertices: Floats, p: int, q: int, r: int) -> tuple[float, float, float, float]:
+def nearest(query: Place | Floats, vertices: Floats, p: int, q: int, r: int) -> tuple[float, float, float, float]:
     """Return the weights of a triangle's closest point, and its squared distance (Ericson 2005, §5.1.5).
 
     Numbers instead of vectors: the arrays would cost more than the work.

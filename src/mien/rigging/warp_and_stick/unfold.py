@@ -15,7 +15,7 @@ from numba import njit
 
 from mien.core.arrays import Flags, Floats, Ints
 from mien.rigging.warp_and_stick.stick import FACING, Ground
-from mien.rigging.warp_and_stick.triangle import distance, dot, nearest, point_at
+from mien.rigging.warp_and_stick.triangle import Place, distance, dot, nearest
 
 SWEEPS = 30
 """How often each corner is tried."""
@@ -71,7 +71,7 @@ def unfold(fans: Fans, ground: Ground, places: Places, free: Flags, wanted: floa
     for _ in range(SWEEPS):
         moved = False
         for p in range(len(free)):
-            if free[p] and steps[p] >= SHORTEST and _lack(p, fans, places.position, places.position[p], wanted) > 0:
+            if free[p] and steps[p] >= SHORTEST and _lack(p, fans, places.position, _own(places, p), wanted) > 0:
                 if _try_around(p, fans, ground, places, steps[p], wanted, leash):
                     moved = True
                 else:
@@ -82,7 +82,12 @@ def unfold(fans: Fans, ground: Ground, places: Places, free: Flags, wanted: floa
 
 
 @njit(cache=True, nogil=True)
-def _lack(p: int, fans: Fans, position: Floats, place: Floats, wanted: float) -> float:
+def _own(places: Places, p: int) -> Place:
+    return (places.position[p, 0], places.position[p, 1], places.position[p, 2])
+
+
+@njit(cache=True, nogil=True)
+def _lack(p: int, fans: Fans, position: Floats, place: Place, wanted: float) -> float:
     """Return by how much the shares around a point fall short if it is at a place, squared and summed."""
     total = 0.0
     for k in range(fans.starts[p], fans.starts[p + 1]):
@@ -105,52 +110,65 @@ def _lack(p: int, fans: Fans, position: Floats, place: Floats, wanted: float) ->
 @njit(cache=True, nogil=True)
 def _try_around(p: int, fans: Fans, ground: Ground, places: Places, step: float, wanted: float, leash: float) -> bool:
     """Move a point to the best of some places around it, if one is better than its own."""
-    here, middle, edge, count = places.position[p].copy(), np.zeros(3), 0.0, 0
+    x, y, z = _own(places, p)
+    mx, my, mz, edge, count = 0.0, 0.0, 0.0, 0.0, 0
     for k in range(fans.starts[p], fans.starts[p + 1]):
         for q in fans.triangle_points[fans.triangles[k]]:
             if q != p:
-                middle += places.position[q]
-                edge += distance(places.position[q], here)
+                mx, my, mz = mx + places.position[q, 0], my + places.position[q, 1], mz + places.position[q, 2]
+                edge += distance(places.position[q], (x, y, z))
                 count += 1
     if count == 0 or edge == 0.0:
         return False
-    middle /= count
-    edge /= count
+    mx, my, mz, edge = mx / count, my / count, mz / count, edge / count
     uneven = EVENNESS / edge**2
     normal = ground.normals[places.triangle[p]]
     faces = dot(normal, fans.facing[p]) > FACING
-    across = np.array([normal[1] - normal[2], normal[2] - normal[0], normal[0] - normal[1]])
-    across /= max(np.sqrt(dot(across, across)), 1e-300)
-    along = np.cross(normal, across)
-    best = _lack(p, fans, places.position, here, wanted) + uneven * distance(here, middle) ** 2
+    ax, ay, az = normal[1] - normal[2], normal[2] - normal[0], normal[0] - normal[1]
+    length = max(np.sqrt(ax * ax + ay * ay + az * az), 1e-300)
+    ax, ay, az = ax / length, ay / length, az / length
+    bx, by, bz = normal[1] * az - normal[2] * ay, normal[2] * ax - normal[0] * az, normal[0] * ay - normal[1] * ax
+    best = _lack(p, fans, places.position, (x, y, z), wanted) + uneven * distance((x, y, z), (mx, my, mz)) ** 2
     best -= 1e-6 * best
-    found, weights = False, np.empty(3)
+    found, chosen, chosen_weights, chosen_place = False, 0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     for d in range(DIRECTIONS + 1):
         if d == DIRECTIONS:
-            goal = here + step * (middle - here)
+            goal = (x + step * (mx - x), y + step * (my - y), z + step * (mz - z))
         else:
-            turn = 2 * np.pi * d / DIRECTIONS
-            goal = here + step * edge * (np.cos(turn) * across + np.sin(turn) * along)
+            turn, size = 2 * np.pi * d / DIRECTIONS, step * edge
+            c, s = np.cos(turn), np.sin(turn)
+            goal = (x + size * (c * ax + s * bx), y + size * (c * ay + s * by), z + size * (c * az + s * bz))
         t, u, v, w = _slid(goal, places.triangle[p], ground)
         if faces and dot(ground.normals[t], fans.facing[p]) <= FACING:
             continue
-        weights[0], weights[1], weights[2] = u, v, w
-        place = point_at(ground.vertices, ground.triangles[t], weights)
+        place = _at(ground, t, u, v, w)
         if distance(place, places.laid[p]) > leash:
             continue
-        value = _lack(p, fans, places.position, place, wanted) + uneven * distance(place, middle) ** 2
+        value = _lack(p, fans, places.position, place, wanted) + uneven * distance(place, (mx, my, mz)) ** 2
         if value < best:
-            best, found = value, True
-            chosen, chosen_weights, chosen_place = t, weights.copy(), place
+            best, found, chosen, chosen_weights, chosen_place = value, True, t, (u, v, w), place
     if found:
         places.triangle[p] = chosen
-        places.weights[p] = chosen_weights
-        places.position[p] = chosen_place
+        for i in range(3):
+            places.weights[p, i] = chosen_weights[i]
+            places.position[p, i] = chosen_place[i]
     return found
 
 
 @njit(cache=True, nogil=True)
-def _slid(goal: Floats, start: int, ground: Ground) -> tuple[int, float, float, float]:
+def _at(ground: Ground, t: int, u: float, v: float, w: float) -> Place:
+    """Return the point of a triangle with these weights."""
+    a, b, c = ground.triangles[t]
+    points = ground.vertices
+    return (
+        u * points[a, 0] + v * points[b, 0] + w * points[c, 0],
+        u * points[a, 1] + v * points[b, 1] + w * points[c, 1],
+        u * points[a, 2] + v * points[b, 2] + w * points[c, 2],
+    )
+
+
+@njit(cache=True, nogil=True)
+def _slid(goal: Place, start: int, ground: Ground) -> tuple[int, float, float, float]:
     """Slide from a triangle over its neighbours to the closest point that can be come by without moving away."""
     best, corners = start, ground.triangles
     u, v, w, away = nearest(goal, ground.vertices, corners[start, 0], corners[start, 1], corners[start, 2])

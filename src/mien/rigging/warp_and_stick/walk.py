@@ -9,10 +9,6 @@ import numpy as np
 from numba import njit
 
 from mien.core.arrays import Flags, Floats, Ints
-from mien.rigging.warp_and_stick.triangle import distance
-
-ANSWERS = 0.3
-"""A vertex answers for those within this share of the reach."""
 
 
 class Ways(NamedTuple):
@@ -74,67 +70,102 @@ def walk(ways: Ways, limit: float, along: Floats, touched: Ints, count: int) -> 
 
 
 @njit(cache=True, nogil=True)
+def reach_all(ways: Ways, start: int, limit: float, along: Floats, touched: Ints, wanted: Flags, missing: int) -> int:
+    """Walk from a vertex until all that are wanted are reached, or as far as the limit.
+
+    Args:
+        ways: the edges.
+        start: the vertex.
+        limit: how far to go.
+        along: `(N,)` distances, all infinite; changed in place.  Those of wanted vertices are final.
+        touched: `(N,)` in its first rows, the vertices whose distance is known; changed in place.
+        wanted: `(N,)` vertices to be reached; those that are not any more; changed in place.
+        missing: how many those are.
+
+    Returns:
+        How many vertices are known now.
+    """
+    along[start], touched[0], count = 0.0, start, 1
+    queue = [(0.0, start)]
+    while missing > 0 and len(queue) > 0:
+        way, v = heappop(queue)
+        if way > along[v]:
+            continue
+        if wanted[v]:
+            wanted[v] = False
+            missing -= 1
+        for e in range(ways.starts[v], ways.starts[v + 1]):
+            w, further = ways.ends[e], way + ways.lengths[e]
+            if further < along[w] and further <= limit:
+                if along[w] == np.inf:
+                    touched[count] = w
+                    count += 1
+                along[w] = further
+                heappush(queue, (further, w))
+    return count
+
+
+def within(ways: Ways, starts: Ints, goals: Ints, limits: Floats) -> Flags:
+    """Tell which pairs of vertices are joined by a way no longer than a limit `(P,)`.
+
+    Args:
+        ways: the edges.
+        starts, goals: `(P,)` vertices.  One walk serves all the goals of a start.
+        limits: `(P,)`.
+    """
+    order = np.argsort(starts, kind="stable")
+    ends = np.flatnonzero(np.append(np.diff(starts[order]) != 0, len(order) > 0)) + 1
+    near = np.empty(len(starts), np.bool_)
+    near[order] = _within(ways, starts[order], goals[order], limits[order], ends)
+    return near
+
+
+@njit(cache=True, nogil=True)
+def _within(ways: Ways, starts: Ints, goals: Ints, limits: Floats, ends: Ints) -> Flags:
+    """Do what `within` says for pairs that are grouped by their start, the groups ending at `ends`."""
+    vertices = len(ways.starts) - 1
+    along, touched = np.full(vertices, np.inf), np.empty(vertices, np.int64)
+    wanted, near = np.zeros(vertices, np.bool_), np.empty(len(starts), np.bool_)
+    first = 0
+    for end in ends:
+        group, missing = goals[first:end], 0
+        for v in group:
+            missing += not wanted[v]
+            wanted[v] = True
+        count = reach_all(ways, starts[first], limits[first:end].max(), along, touched, wanted, missing)
+        wanted[group] = False
+        for k in range(first, end):
+            near[k] = along[goals[k]] <= limits[k]
+        forget(along, touched, count)
+        first = end
+    return near
+
+
+@njit(cache=True, nogil=True)
+def surroundings(ways: Ways, sources: Ints, limit: float) -> tuple[Ints, Ints, Floats]:
+    """Find what is near each of some vertices along the skin.
+
+    Returns:
+        `(S + 1,)` ends, the vertices `(R,)` within the limit of source `s` in rows `ends[s]` to `ends[s + 1]`, and
+        how far they are from it.
+    """
+    along, touched = np.full(len(ways.starts) - 1, np.inf), np.empty(len(ways.starts) - 1, np.int64)
+    ends, found, far = np.zeros(len(sources) + 1, np.int64), np.empty(1024, np.int64), np.empty(1024)
+    for s in range(len(sources)):
+        along[sources[s]], touched[0] = 0.0, sources[s]
+        count = walk(ways, limit, along, touched, 1)
+        ends[s + 1] = ends[s] + count
+        if ends[s + 1] > len(found):
+            room = 2 * ends[s + 1]
+            found, far = np.append(found, np.empty(room, np.int64)), np.append(far, np.empty(room))
+        found[ends[s] : ends[s + 1]] = touched[:count]
+        far[ends[s] : ends[s + 1]] = along[touched[:count]]
+        forget(along, touched, count)
+    return ends, found[: ends[-1]], far[: ends[-1]]
+
+
+@njit(cache=True, nogil=True)
 def forget(along: Floats, touched: Ints, count: int) -> None:
     """Make the distances of the touched vertices unknown again."""
     for k in range(count):
         along[touched[k]] = np.inf
-
-
-@njit(cache=True, nogil=True)
-def seams(vertices: Floats, ways: Ways, reach: float, ratio: float) -> Flags:
-    """Tell which vertices are near others that are far along the skin `(N,)`.
-
-    On a fine mesh one vertex answers for all that are a small part of the reach from it
-    along the skin, so that the cost grows as the number of vertices, not as its square.
-
-    Args:
-        vertices: `(N, 3)`.
-        ways: the edges.
-        reach: the largest distance that counts as near.
-        ratio: how many times longer the way along the skin must be.
-    """
-    order, ranked, cells, size = _boxes(vertices, reach)
-    found, answered = np.zeros(len(vertices), np.bool_), np.zeros(len(vertices), np.bool_)
-    along, touched = np.full(len(vertices), np.inf), np.empty(len(vertices), np.int64)
-    for v in range(len(vertices)):
-        first, last = ways.starts[v], ways.starts[v + 1]
-        if first == last or answered[v]:
-            continue
-        slack = 2 * ways.lengths[first:last].mean()  # an edge path zigzags over short distances
-        along[v], touched[0] = 0.0, v
-        count = walk(ways, ratio * reach, along, touched, 1)
-        at_seam = False
-        for row in range(9):
-            x, y, z = cells[v, 0] + row // 3 - 1, cells[v, 1] + row % 3 - 1, cells[v, 2]
-            if x < 0 or y < 0 or x >= size[0] or y >= size[1]:
-                continue
-            box = (x * size[1] + y) * size[2]
-            low = np.searchsorted(ranked, box + max(z - 1, 0))
-            high = np.searchsorted(ranked, box + min(z + 1, size[2] - 1), side="right")
-            for w in order[low:high]:
-                apart = distance(vertices[v], vertices[w])
-                if apart < reach and along[w] > ratio * apart + slack and ways.starts[w] < ways.starts[w + 1]:
-                    at_seam = True
-                    break
-            if at_seam:
-                break
-        for w in touched[:count]:
-            if along[w] <= ANSWERS * reach:
-                answered[w] = True
-                found[w] = found[w] or at_seam
-        forget(along, touched, count)
-    return found
-
-
-@njit(cache=True, nogil=True)
-def _boxes(vertices: Floats, side: float) -> tuple[Ints, Ints, Ints, Ints]:
-    """Sort vertices into cubes: their order, the sorted numbers of their cubes, their cubes, and the grid's size."""
-    n = len(vertices)
-    cells, low, size = np.empty((n, 3), np.int64), np.empty(3, np.int64), np.empty(3, np.int64)
-    for i in range(3):
-        cells[:, i] = np.floor((vertices[:, i] - vertices[:, i].min()) / side).astype(np.int64)
-        low[i] = cells[:, i].min()
-        size[i] = cells[:, i].max() - low[i] + 1
-    number = (cells[:, 0] * size[1] + cells[:, 1]) * size[2] + cells[:, 2]
-    order = np.argsort(number)
-    return order, number[order], cells, size
