@@ -269,25 +269,12 @@ def copy(values: Floats, out: Floats) -> None:
 
 
 @njit(**COMPILED)
-def same(one: Floats, other: Floats) -> bool:
-    """Tell whether two arrays hold the same values."""
-    for k in range(len(one)):  # noqa: SIM110 (compiled: a loop, not a generator)
-        if one[k] != other[k]:
-            return False
-    return True
-
-
-@njit(**COMPILED)
-def assemble(gram: Floats, pull: float, forms: Floats, shares: Floats, out: Floats) -> None:
-    """Write `Q`, plus `pull` on its diagonal, plus each form's share."""
+def assemble(gram: Floats, pull: float, out: Floats) -> None:
+    """Write `Q`, plus `pull` on its diagonal."""
     for i in range(len(gram)):
         for j in range(len(gram)):
             out[i, j] = gram[i, j]
         out[i, i] += pull
-    for r in range(len(forms)):
-        for i in range(len(gram)):
-            for j in range(len(gram)):
-                out[i, j] += shares[r] * forms[r, i, j]
 
 
 @njit(**COMPILED)
@@ -337,8 +324,6 @@ def minimise_frames(
     lower: Floats,
     upper: Floats,
     pairs: Ints,
-    forms: Floats,
-    shares: Floats,
     smoothness: float,
     previous: bool,
     frames: Floats,
@@ -349,10 +334,7 @@ def minimise_frames(
     tolerances: Floats,
     max_sweeps: int,
 ) -> None:
-    """Solve frame after frame, each from the one before; `w` holds the frame before the first if `previous`.
-
-    Of `forms` `(R, K, K)` each frame has its own `shares` `(F, R)` added to the matrix.
-    """
+    """Solve frame after frame, each from the one before; `w` holds the frame before the first if `previous`."""
     size = len(l1)
     work = (
         np.empty((size, size)),
@@ -363,9 +345,9 @@ def minimise_frames(
     )
     matrix, q, pull = np.empty((size, size)), np.empty(size), 0.0
     for f in range(len(frames)):
-        if f == 0 or (f == 1 and not previous) or not same(shares[f], shares[f - 1]):
+        if f == 0 or (f == 1 and not previous):
             pull = 2 * smoothness if previous or f > 0 else 0.0
-            assemble(gram, pull, forms, shares[f], matrix)
+            assemble(gram, pull, matrix)
             work[-1][0] = 0
         for k in range(size):
             q[k] = frames[f, k] + pull * w[k]

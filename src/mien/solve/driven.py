@@ -19,7 +19,7 @@ from mien.core.arrays import Floats, floats
 from mien.core.correctives import Correctives
 from mien.core.errors import InputError
 from mien.solve.driven_kernels import Rules, minimise_driven_frames
-from mien.solve.lasso import LassoProblem, LassoSolution, Varying, frames_of, shares_of
+from mien.solve.lasso import LassoProblem, LassoSolution, frames_of
 
 
 def solve_driven(
@@ -31,7 +31,6 @@ def solve_driven(
     smoothness: float = 0.0,
     tol: float = 1e-6,
     max_steps: int = 200,
-    varying: Varying | None = None,
 ) -> LassoSolution:
     """Find a minimum for one frame or a clip, each frame from the one before.
 
@@ -46,7 +45,6 @@ def solve_driven(
         smoothness: `S`, in the unit of `Q`, on the weights that are free.
         tol: the KKT residual to reach, relative as in `LassoProblem.kkt`.
         max_steps: steps after which a frame is given up; `converged` tells.
-        varying: what single frames add to `Q`, as in `solve_lasso`.
 
     Returns:
         Weights of all shapes, and the residual in the free ones.
@@ -75,7 +73,6 @@ def solve_driven(
         problem.l1[free],
         problem.lower[free],
         problem.upper[free],
-        *shares_of(varying, frames),
         float(smoothness),
         start is not None,
         frames,

@@ -371,8 +371,6 @@ def minimise_driven_frames(
     l1: Floats,
     lower: Floats,
     upper: Floats,
-    forms: Floats,
-    shares: Floats,
     smoothness: float,
     previous: bool,
     frames: Floats,
@@ -383,15 +381,9 @@ def minimise_driven_frames(
     tolerances: Floats,
     max_steps: int,
 ) -> None:
-    """Solve frame after frame, each from the one before; `w` holds the frame before the first if `previous`.
-
-    Of `forms` `(R, K, K)` each frame has its own `shares` `(F, R)` added to the matrix.
-    """
+    """Solve frame after frame, each from the one before; `w` holds the frame before the first if `previous`."""
     for f in range(len(frames)):
         pull = smoothness if previous or f > 0 else 0.0
-        matrix = gram.copy()
-        for r in range(len(forms)):
-            matrix += shares[f, r] * forms[r]
         left[f], steps[f] = minimise_driven(
-            rules, matrix, l1, lower, upper, frames[f], w.copy(), pull, w, weights[f], tolerances[f], max_steps
+            rules, gram, l1, lower, upper, frames[f], w.copy(), pull, w, weights[f], tolerances[f], max_steps
         )

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -106,18 +105,6 @@ class LassoProblem:
         return np.asarray(worst / np.where(worst > 0, self.scale(q), 1.0))
 
 
-class Varying(NamedTuple):
-    """What single frames add to the matrix that all share.
-
-    Attributes:
-        forms: `(R, K, K)` positive semi-definite matrices.
-        shares: `(R,)` or `(F, R)`, as `q` is: how much of each a frame adds to `Q`, 0 or more.
-    """
-
-    forms: Floats
-    shares: Floats
-
-
 @dataclass(frozen=True, eq=False)
 class LassoSolution:
     """Weights, and how good they are.
@@ -144,7 +131,6 @@ def solve_lasso(
     smoothness: float = 0.0,
     tol: float = 1e-6,
     max_sweeps: int = 1000,
-    varying: Varying | None = None,
 ) -> LassoSolution:
     """Find the optimal weights of one frame or of a clip (Ribera et al. 2017, eq. 16).
 
@@ -167,7 +153,6 @@ def solve_lasso(
         smoothness: `S`, in the unit of `Q`; larger follows more slowly.
         tol: the KKT residual to reach, see `LassoProblem.kkt`.
         max_sweeps: rounds after which a frame is given up; `converged` tells.
-        varying: what single frames add to `Q`.
 
     Raises:
         InputError: wrong shapes, or a value of `q` that is not finite (the frame is named).
@@ -188,7 +173,6 @@ def solve_lasso(
         problem.lower.copy(),
         problem.upper.copy(),
         problem.exclusive,
-        *shares_of(varying, frames),
         float(smoothness),
         start is not None,
         frames,
@@ -226,22 +210,6 @@ def _per_shape(value: ArrayLike, size: int, what: str) -> Floats:
     if array.shape not in ((), (size,)) or np.isnan(array).any():
         raise InputError(f"{what} must be one number or {size}, one per shape, without NaN; got shape {array.shape}.")
     return np.array(np.broadcast_to(array, (size,)))
-
-
-def shares_of(varying: Varying | None, frames: Floats) -> tuple[Floats, Floats]:
-    """Return forms `(R, K, K)` and shares `(F, R)` of frames `(F, K)`.
-
-    Raises:
-        InputError: shapes that do not belong to these frames, or a share that is negative or not finite.
-    """
-    count, size = frames.shape
-    if varying is None:
-        return np.zeros((0, size, size)), np.zeros((count, 0))
-    forms = floats(varying.forms, (None, size, size), "the varying forms")
-    shares = floats(np.atleast_2d(varying.shares), (count, len(forms)), "the shares of varying forms")
-    if (shares < 0).any():
-        raise InputError("the shares of varying forms must not be negative.")
-    return np.array(forms), np.array(shares)
 
 
 def frames_of(q: ArrayLike, size: int) -> Floats:
