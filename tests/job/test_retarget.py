@@ -60,6 +60,10 @@ def test_the_built_in_job_reads_back_equal(
         np.testing.assert_array_equal(found.head, clip.head)
 
 
+def test_landmarks_given_for_pairing_also_let_the_generic_rig_be_heard(demo_result: Result) -> None:
+    assert "mouth" in demo_result.retargeter.alignment.opinion
+
+
 def test_the_phone_layout_reads_back_under_arkit_names(files: SmallFiles) -> None:
     result = run(mesh_job(files))
     write_outputs(result, [files["phone.csv"]], "livelink")

@@ -173,9 +173,7 @@ def _settings(request: Request, known: Mapping[str, Any]) -> tuple[dict[str, Any
 
 
 def _with_landmarks(character: Rig, request: Request) -> Rig:
-    """Give a character the landmarks beside its file, if contact is asked for, which needs them."""
-    if "contact" not in request.settings:
-        return character
+    """Give a character the landmarks that are given or beside its file: contact and the second opinion ask for them."""
     given = request.landmarks[1] if request.landmarks is not None and request.landmarks[1] != OWN else None
     return replace(character, landmarks=rig_landmarks(character, given))
 
