@@ -37,6 +37,8 @@ REGIONS: Mapping[str, tuple[str, ...]] = {
 }
 """Words in the names of each region's shapes, the first region that holds one; all others are the mouth's."""
 MOUTH = "mouth"
+OWN = "blink"
+"""Shapes with this in their names are the character's own affair: only its lids say where an eye is shut."""
 STILL = 1e-6
 """A shape that moves the points by no more than this [cm] has no direction."""
 
@@ -74,12 +76,14 @@ def second_opinion(character: Rig, prepared: Prepared) -> Floats | None:
 def same_shapes(names: Sequence[str], templates: Sequence[str]) -> Floats:
     """Return `(K, T)`: the templates that add up to each shape, which are itself or its two halves.
 
-    A half of which there is only the whole has none.
+    A half of which there is only the whole has none, nor has a blink.
     """
     place = {shape_key(template): column for column, template in enumerate(templates)}
     same = np.zeros((len(names), len(templates)))
     for row, name in enumerate(names):
         key = shape_key(name)
+        if OWN in key.stem:
+            continue
         halves = [] if key.side else [ShapeKey(key.stem, side) for side in "LR"]
         for made_of in ([key], halves):
             if made_of and all(part in place for part in made_of):
