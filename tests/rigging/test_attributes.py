@@ -11,7 +11,7 @@ from mien.core import Rig, SurfacePoints
 from mien.core.arrays import Flags
 from mien.library.generic import generic_rig
 from mien.library.heads import cartoon_head
-from mien.rigging.attributes import Carrier
+from mien.rigging.attributes import Carrier, strongest_joints
 from mien.rigging.brought import Brought
 from mien.rigging.dense import DenseFit, lay
 from mien.rigging.inside import settled
@@ -113,3 +113,28 @@ def test_a_part_follows_as_one_piece(generic: Rig, carrier: Carrier) -> None:
         strongest = joints[groups[name], 0]
         assert (strongest == joint).all(), name
         assert weights[groups[name], 0].min() > 1 - 1e-9, name
+
+
+def test_a_joint_fades_before_it_is_left_out() -> None:
+    rng = np.random.default_rng(8)
+    ends, steps = rng.dirichlet(np.ones(9), 2), 2000
+    t = np.linspace(0, 1, steps)[:, None]
+    along = (1 - t) * ends[0] + t * ends[1]
+    joints, weights = strongest_joints(along, 4)
+    spread = np.zeros_like(along)
+    np.put_along_axis(spread, joints, weights, axis=1)
+    assert np.abs(spread.sum(axis=1) - 1).max() < 1e-12
+    assert np.abs(np.diff(spread, axis=0)).max() < 100 / steps * np.abs(ends[1] - ends[0]).max()
+    assert len({tuple(sorted(row)) for row in joints}) > 2, "no joint was left out on the way"
+
+
+def test_few_enough_joints_keep_their_weights() -> None:
+    weights = np.array([[0.5, 0.0, 0.2, 0.3, 0.0], [0.0, 1.0, 0.0, 0.0, 0.0]])
+    joints, kept = strongest_joints(weights, 4)
+    spread = np.zeros_like(weights)
+    np.put_along_axis(spread, joints, kept, axis=1)
+    assert np.array_equal(spread, weights)
+
+
+def test_joints_that_weigh_alike_share() -> None:
+    assert strongest_joints(np.full((1, 6), 1 / 6), 4)[1] == pytest.approx(0.25)

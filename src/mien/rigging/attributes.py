@@ -117,7 +117,7 @@ class Carrier:
         return replace(labels, of=labels.of[np.concatenate([own, self.brought])])
 
     def skin(self, skin: Skin, influences: int) -> tuple[Ints, Floats]:
-        """Interpolate skin weights and keep the strongest.
+        """Interpolate skin weights and keep the strongest, see `strongest_joints`.
 
         Returns:
             `(Nt, I)` joints and weights; each row is non-negative and sums to 1.
@@ -125,12 +125,26 @@ class Carrier:
         count = len(skin.inverse_bind)
         spread = np.zeros((len(skin.joints), count))
         np.add.at(spread, (np.arange(len(skin.joints))[:, None], skin.joints), skin.weights)
-        carried = self.values(spread)
-        kept = min(influences, count)
-        joints = np.argsort(-carried, axis=1, kind="stable")[:, :kept]
-        weights: Floats = np.maximum(np.take_along_axis(carried, joints, axis=1), 0)
-        weights /= weights.sum(axis=1, keepdims=True)
-        return joints, weights
+        return strongest_joints(self.values(spread), min(influences, count))
+
+
+def strongest_joints(weights: Floats, kept: int) -> tuple[Ints, Floats]:
+    """Keep the strongest of the weights `(N, J)` of each vertex.
+
+    Each is lessened by the strongest that is left out: a joint must fade before it goes, or
+    the skin tears where neighbours keep others.
+
+    Returns:
+        `(N, kept)` joints and weights; each row is non-negative and sums to 1.
+    """
+    order = np.argsort(-weights, axis=1, kind="stable")
+    ordered = np.maximum(np.take_along_axis(weights, order[:, : kept + 1], axis=1), 0)
+    strongest: Floats = ordered[:, :kept]
+    if kept < weights.shape[1]:
+        faded = strongest - ordered[:, kept:]
+        alike = faded.sum(axis=1, keepdims=True) <= FAINT
+        strongest = np.where(alike, strongest, faded)
+    return order[:, :kept], strongest / strongest.sum(axis=1, keepdims=True)
 
 
 def _strongest(weights: sparse.csr_matrix) -> Ints:

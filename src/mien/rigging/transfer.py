@@ -107,8 +107,17 @@ def transfer_rig(
         colours=colours_with(face, generic, brought),
     )
     figures = {**_figures(fit, pairs.names, structure), "seconds": round(time.perf_counter() - began, 3)}
-    notes = (*pairs.notes, *fit.notes, *shape_notes, *brought.notes)
+    notes = (*pairs.notes, *fit.notes, *shape_notes, *brought.notes, *_fewer_influences(generic, influences))
     return Transfer(rigged, fit, brought, figures, notes)
+
+
+def _fewer_influences(generic: Rig, influences: int) -> tuple[Note, ...]:
+    """Say that vertices follow fewer joints than on the rig, if they do."""
+    most = 0 if generic.skin is None else int((generic.skin.weights > 0).sum(axis=1).max(initial=0))
+    if most <= influences:
+        return ()
+    text = f"vertices of {generic.name} follow up to {most} joints, here at most {influences}; more influences keep more of how they blend."
+    return (Note("fewer-influences", text, generic.name),)
 
 
 def _landmarks(generic: Rig, face: Rig, fit: DenseFit, shared: set[str]) -> dict[str, Any]:
