@@ -150,8 +150,8 @@ def variants() -> Iterator[Variant]:
         "off": (0, 0),
         "once": (1, 0),
         "+ half": (1, 0.5),
-        "most, twice": (FIRST, LAST),
-        "whole, twice": (1, 1),
+        "default": (FIRST, LAST),
+        "+ whole": (1, 1),
     }
     for value, (first, second) in calibrations.items():
         yield Variant("calibration", value, by_steps(Steps(first=first, second=second), default))
