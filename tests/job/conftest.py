@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from mien.job.demo import prepare
-from mien.job.retarget import Request, Result, run
+from mien.job.request import Request, Result
+from mien.job.retarget import run
 from tests.job.small_files import SmallFiles, write_small_files
 
 

@@ -15,7 +15,8 @@ from mien.io.gltf import read_poses, write_rig, write_rigged
 from mien.job.bones import with_head
 from mien.job.model import replay, save_model
 from mien.job.outputs import write_outputs
-from mien.job.retarget import Request, Result, fit, run
+from mien.job.request import Request, Result
+from mien.job.retarget import fit, run
 from tests.io.gltf_samples import matrix, turn
 from tests.io.test_gltf_write import faults  # noqa: F401
 from tests.job.small_files import SmallFiles, marker_pairs

@@ -9,7 +9,8 @@ import pytest
 from mien.core import FileError
 from mien.io.formats import read_rig
 from mien.job.choose import AUTO, OTHERWISE, RULES, chosen
-from mien.job.retarget import Request, run
+from mien.job.request import Request
+from mien.job.retarget import run
 from mien.retargeting import METHODS
 from tests.job.layered_files import write_layered_files
 

@@ -15,7 +15,7 @@ from mien.core import Clip, InputError
 from mien.io import trc, weights
 from mien.io.formats import read_clip, read_markers, read_rig
 from mien.job.coverage import Coverage, coverage
-from mien.job.retarget import Request
+from mien.job.request import Request
 from tests.cli.running import mien
 from tests.job.small_files import FRAMES, SmallFiles, capture_of, marker_pairs
 from tests.retargeting.actors import SHAPES

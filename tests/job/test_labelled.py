@@ -15,7 +15,8 @@ from mien.io.formats import read_clip, read_rig
 from mien.io.weights import write_clip
 from mien.job import label, pose
 from mien.job.model import replay, save_model
-from mien.job.retarget import Request, fit, run
+from mien.job.request import Request
+from mien.job.retarget import fit, run
 from mien.job.suggest import ask, suggest_frames
 from tests.job.small_files import FRAMES, SmallFiles, capture_of
 from tests.retargeting.actors import SHAPES, face, weights

@@ -14,7 +14,8 @@ from mien.io.formats import read_clip, read_rig
 from mien.io.weights import write_clip
 from mien.job.compose import Composed, compose, write_layers
 from mien.job.model import load_model, replay, save_model
-from mien.job.retarget import Request, fit, run
+from mien.job.request import Request
+from mien.job.retarget import fit, run
 from mien.retargeting.layers import composed, rig_face
 from mien.retargeting.layers.dynamics import Dynamics
 from tests.io.hostile import survives

@@ -11,7 +11,8 @@ from mien.io.archive import read_archive, write_archive
 from mien.io.formats import read_rig
 from mien.job import demo
 from mien.job.model import load_model, replay, save_model
-from mien.job.retarget import Request, fit, run
+from mien.job.request import Request
+from mien.job.retarget import fit, run
 from tests.io.hostile import survives
 
 

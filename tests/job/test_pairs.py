@@ -12,7 +12,7 @@ from mien.io.formats import read_markers, read_rig
 from mien.io.trc import write_markers
 from mien.job.pairs import OWN, find_pairs
 from mien.job.performance import load_performance, load_source
-from mien.job.retarget import Request, Result
+from mien.job.request import Request, Result
 from mien.vocabularies.marker_sets import MARKER_SETS
 from tests.job.small_files import LANDMARKS, NAMES, POINTS, SmallFiles
 

@@ -15,7 +15,8 @@ from mien.io.formats import read_clip, read_markers, read_rig
 from mien.io.trc import write_markers
 from mien.job.outputs import write_outputs
 from mien.job.pairs import rig_landmarks
-from mien.job.retarget import Request, Result, run
+from mien.job.request import Request, Result
+from mien.job.retarget import run
 from tests.cli.running import mien
 
 pytestmark = pytest.mark.real

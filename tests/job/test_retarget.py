@@ -13,7 +13,8 @@ from mien.io import npz, weights
 from mien.io.formats import read_clip, read_markers, read_rig
 from mien.job.account import write_report
 from mien.job.outputs import write_outputs
-from mien.job.retarget import Request, Result, run
+from mien.job.request import Request, Result
+from mien.job.retarget import run
 from mien.vocabularies import ARKIT_NAMES, match
 from tests.job.small_files import FRAMES, SmallFiles, capture_of
 from tests.retargeting.actors import SHAPES, clip_of

@@ -23,7 +23,10 @@ from mien.core import Correspondence, Markers, Rig
 from mien.core.arrays import Floats
 from mien.evaluate.intersections import crossing_pairs, new_crossings
 from mien.io.documents import join
-from mien.job.retarget import Request, frames_of, learn, stopwatch
+from mien.job.learn import learn
+from mien.job.request import Request
+from mien.job.retarget import frames_of
+from mien.job.stages import stopwatch
 from mien.library import actor, character, performance
 from mien.look.portrait import Portrait
 from mien.look.sheet import Labelled, save_png, sheet

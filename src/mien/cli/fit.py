@@ -46,7 +46,8 @@ def fit(
     from mien.cli.say import console, print_json, print_notes, stages
     from mien.job.model import SUFFIX, save_model
     from mien.job.outputs import check_place, inputs_of
-    from mien.job.retarget import Request, fit
+    from mien.job.request import Request
+    from mien.job.retarget import fit
 
     request = Request(
         training,

@@ -16,8 +16,6 @@ from mien.job.request import Fitted, Request, Result
 from mien.job.stages import Progress, Stage, stopwatch
 from mien.retargeting.copying import held
 
-__all__ = ["Fitted", "Request", "Result", "fit", "frames_of", "learn", "play", "run", "stopwatch"]
-
 
 def run(request: Request, progress: Progress = lambda stage: None) -> Result:
     """Do the main job: fit, and map the performance.

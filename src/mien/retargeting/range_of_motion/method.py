@@ -216,8 +216,8 @@ def evidence_of(
         )
     if weak:
         text = (
-            f"{len(weak)} shapes have no frame in the training take that looks mainly like them; their direction is the "
-            f"character's own: {', '.join(weak)}."
+            f"{len(weak)} shapes have no frame in the training take that looks mainly like them; their direction is "
+            f"not the take's: {', '.join(weak)}."
         )
         notes.append(Note("shapes-without-evidence", text))
     return {n: round(float(b), 4) for n, b in zip(names, best, strict=True)}, tuple(notes)
