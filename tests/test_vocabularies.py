@@ -11,6 +11,7 @@ import pytest
 
 from mien.core import InputError
 from mien.vocabularies import ARKIT, ARKIT_NAMES, arkit_name, match, shape_key
+from mien.vocabularies.regions import regions_of
 
 SPELLINGS = [
     "eyeBlinkLeft",
@@ -138,3 +139,9 @@ def test_the_caricature_is_driven_by_what_it_stands_for(data: Path) -> None:
     found = match(ict, list(truth))
     for row, drivers in zip(found.matrix, truth.values(), strict=True):
         assert {ict[i] for i in np.flatnonzero(row)} == set(drivers)
+
+
+def test_names_say_which_region_a_shape_belongs_to() -> None:
+    names = ["browDownLeft", "EyeBlink_L", "blink_R", "noseSneerLeft", "cheekSquint_L", "jawOpen", "Eyebrow_Up", "A25"]
+    regions = ["brows", "eyes", "eyes", "cheeks", "cheeks", "mouth", "brows", "mouth"]
+    assert list(regions_of(names)) == regions

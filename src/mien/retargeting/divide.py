@@ -13,10 +13,9 @@ import numpy as np
 from mien.core import InputError
 from mien.core.arrays import Flags, Ints
 from mien.retargeting.rows import ChannelRows, MarkerRows
+from mien.vocabularies.regions import UPPER
 
 AUTO = "auto"
-UPPER = ("brow", "eye", "lid", "blink", "squint", "forehead")
-"""Words in the names of what moves the upper face."""
 FEWEST = 4
 """Markers that a region is learned from."""
 

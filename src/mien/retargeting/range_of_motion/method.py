@@ -45,6 +45,7 @@ class Alignment:
         personal: `(K, M, 3)` the actor's own blendshapes [cm].
         residual: relative residual of the alignment's normal equations; 0 for `refit`, which has none.
         opinion: for `refit`, the generic rig's share in the guess, by region of the face; empty where it has no say.
+        notes: why it has none, if it could have had one.
     """
 
     similarity: Similarity
@@ -54,6 +55,7 @@ class Alignment:
     personal: Floats
     residual: float
     opinion: Mapping[str, float]
+    notes: tuple[Note, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -130,7 +132,7 @@ class RangeOfMotion:
         prepared = prepare(character, take, correspondence, neutral=neutral, rigid=rigid, head_moves=head_moves)
         alignment = self.align(prepared, character, examples)
         evidence, notes = evidence_of(alignment, prepared.terms.deltas, character.blendshapes.names)
-        notes = (*notes, *_opinion_note(alignment.opinion))
+        notes = (*notes, *alignment.notes, *_opinion_note(alignment.opinion))
         return shape_retargeter(
             self.name, character, prepared, alignment.personal, self.solve, evidence, notes, alignment
         )
@@ -150,6 +152,7 @@ class RangeOfMotion:
         chosen = np.union1d(keys.frames, labelled)
         weights = _strongest(enhanced[:, chosen], self.keep)
         opinion: Mapping[str, float] = {}
+        notes: tuple[Note, ...] = ()
         residual = 0.0
         if self.shapes == "alignment":
             guess, personal, residual = self._aligned(prepared, frames[chosen], weights, alike.between)
@@ -157,7 +160,7 @@ class RangeOfMotion:
             take = replace(
                 _take_of(prepared, frames, names, self.solve.off, examples), correctives=character.correctives
             )
-            guess, opinion = self._informed(prepared, character, take)
+            guess, opinion, notes = self._informed(prepared, character, take)
             personal = personalise(guess, take, self.refit, full_range=self.full_range)
         count = len(prepared.take)
         kept = Similarity(
@@ -167,7 +170,7 @@ class RangeOfMotion:
             alike.between,
         )
         found = Keys(frames[chosen], _over_take(keys.cumulative, frames, count))
-        return Alignment(kept, found, shapes, guess, personal, residual, opinion)
+        return Alignment(kept, found, shapes, guess, personal, residual, opinion, notes)
 
     def _aligned(
         self, prepared: Prepared, frames: Ints, weights: Floats, between: Floats
@@ -180,13 +183,17 @@ class RangeOfMotion:
         solution = solve_sylvester(problem.left, problem.right, problem.load, problem.guess)
         return guess, solution.P, solution.residual
 
-    def _informed(self, prepared: Prepared, character: Rig, take: Take) -> tuple[Floats, dict[str, float]]:
-        """Return what the shapes are refitted from, and how much of it in each region is the second opinion."""
+    def _informed(
+        self, prepared: Prepared, character: Rig, take: Take
+    ) -> tuple[Floats, dict[str, float], tuple[Note, ...]]:
+        """Return what the shapes are refitted from, the second opinion's share in each region, and why it has none."""
         own = prepared.terms.deltas
-        opinion = second_opinion(character, prepared) if self.second_opinion else None
+        if not self.second_opinion:
+            return own, {}, ()
+        opinion, notes = second_opinion(character, prepared)
         if opinion is None:
-            return own, {}
-        return heard(own, opinion, take, self.refit, full_range=self.full_range)
+            return own, {}, notes
+        return *heard(own, opinion, take, self.refit, full_range=self.full_range), notes
 
 
 def marker_laplacian(neutral: Floats) -> sparse.csr_matrix:

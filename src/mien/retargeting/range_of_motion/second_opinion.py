@@ -9,11 +9,11 @@ kept that explains it best once refitted.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
-from mien.core import InputError, Rig, SurfacePoints
+from mien.core import InputError, Note, Rig, SurfacePoints
 from mien.core.arrays import Floats, Ints
 from mien.geometry.templates import template_shapes
 from mien.library.generic import generic_rig
@@ -23,6 +23,7 @@ from mien.rigging.blendshapes.dense import transfer
 from mien.rigging.dense import lay
 from mien.rigging.landmarks import check_is_face, paired_landmarks
 from mien.vocabularies import ShapeKey, shape_key
+from mien.vocabularies.regions import regions_of
 
 SHARES = (0.0, 0.25, 0.5, 0.75)
 """Of the opinion in the mixtures that are tried."""
@@ -30,20 +31,13 @@ FRAMES, ROUNDS = 400, 2
 """Mixtures are compared on about this many frames, refitted so many times."""
 WORTH = 0.04
 """Whole shapes of the opinion must take this share off what is left unexplained to be worth it; half of it, half that."""
-REGIONS: Mapping[str, tuple[str, ...]] = {
-    "brows": ("brow",),
-    "cheeks": ("cheek", "nose"),
-    "eyes": ("eye", "blink", "squint", "lid"),
-}
-"""Words in the names of each region's shapes, the first region that holds one; all others are the mouth's."""
-MOUTH = "mouth"
 OWN = "blink"
 """Shapes with this in their names are the character's own affair: only its lids say where an eye is shut."""
 STILL = 1e-6
 """A shape that moves the points by no more than this [cm] has no direction."""
 
 
-def second_opinion(character: Rig, prepared: Prepared) -> Floats | None:
+def second_opinion(character: Rig, prepared: Prepared) -> tuple[Floats | None, tuple[Note, ...]]:
     """Return what the generic rig makes of the character's shapes.
 
     Args:
@@ -52,25 +46,27 @@ def second_opinion(character: Rig, prepared: Prepared) -> Floats | None:
 
     Returns:
         `(K, M, 3)` displacements of the points [cm], each of the size of the character's shape, and equal to it
-        where the generic rig has no shape of that name.  None if it has none, or cannot be laid on the character.
+        where the generic rig has no shape of that name.  None if it has none, or cannot be laid on the
+        character, which a note tells.
     """
     generic = generic_rig()
     templates = tuple(generic.anatomy.templates) if generic.anatomy else ()
     same = same_shapes(character.blendshapes.names, templates)
     used = same.any(axis=0)
     if not used.any():
-        return None
+        return None, ()
     try:
         pairs = paired_landmarks(generic, character)
         fit = lay(generic.neutral, pairs.source, character.neutral, pairs.target, repair=False)
         check_is_face(fit, character.name)
-    except InputError:
-        return None
+    except InputError as error:
+        text = f"the built-in generic rig is not asked for a second opinion on the shapes, for it cannot be laid on the character: {error}"
+        return None, (Note("no-second-opinion", text, character.name),)
     shapes = template_shapes(generic, tuple(np.array(templates)[used])).deltas
     moved = transfer(shapes, fit, fit.back.take(_nearest_vertices(prepared.pairs.target)))
     terms = prepared.terms
     opinion = terms.placement.invert_vectors(np.tensordot(same[:, used], moved, axes=1)) / terms.centimetre
-    return _of_size(opinion, terms.deltas)
+    return _of_size(opinion, terms.deltas), ()
 
 
 def same_shapes(names: Sequence[str], templates: Sequence[str]) -> Floats:
@@ -128,12 +124,6 @@ def heard(
             if not np.array_equal(shares, best) and (error := left(shares)) < least:
                 best, least = shares, error
     return mixed(own, opinion, best), {str(region): float(best[regions == region][0]) for region in np.unique(regions)}
-
-
-def regions_of(names: Sequence[str]) -> np.ndarray:
-    """Return which region of the face each shape belongs to, by its name."""
-    stems = [shape_key(name).stem for name in names]
-    return np.array([next((r for r, words in REGIONS.items() if any(w in s for w in words)), MOUTH) for s in stems])
 
 
 def mixed(own: Floats, opinion: Floats, shares: Floats) -> Floats:
