@@ -2,13 +2,28 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.optimize import least_squares
 
 from mien.core import Examples
 from mien.retargeting.prepare import prepare
 from mien.retargeting.range_of_motion import RangeOfMotion
-from mien.retargeting.range_of_motion.refit import FRAMES, LARGEST, Refit, Take, calibrated, personalise, refitted
+from mien.retargeting.range_of_motion.refit import (
+    DOUBT,
+    FRAMES,
+    INDEPENDENT,
+    LARGEST,
+    NOISE_CM,
+    Refit,
+    Take,
+    calibrated,
+    personalise,
+    refitted,
+    strengthened,
+)
 from mien.retargeting.shape_retargeter import ShapeRetargeter
 from tests.retargeting.actors import SHAPES, at_rest, capture, face, pairs_of, points_on, weights
 
@@ -135,9 +150,75 @@ def test_a_labelled_shape_is_not_calibrated_by_the_take() -> None:
     labels = np.full((1, len(SHAPES)), np.nan)
     labels[0, 0] = 1.0
     known = Take(take.names, take.frames, take.confidence, take.off, take.frames[33:34], labels)
-    found = calibrated(shapes, known, 0.99)
+    found = calibrated(shapes, known, 0.99, but=known.known)
     assert np.array_equal(found[0], shapes[0])
     assert strength(found, shapes)[1:] == pytest.approx(0.5, abs=0.05)
+
+
+def labelled(take: Take, frames: list[int], labels: np.ndarray) -> Take:
+    """The take with some of its frames labelled."""
+    return replace(take, labelled=take.frames[frames], labels=labels)
+
+
+def test_the_strengths_that_labels_tell_are_those_that_scipy_finds(rng: np.random.Generator) -> None:
+    take, true = acting(weights(), noise=2e-4)
+    shapes, values = distorted(true, rng) * rng.uniform(0.7, 1.4, (len(true), 1, 1)), weights()[[20, 60, 110]]
+    told = labelled(take, [20, 60, 110], values)
+
+    def left(scale: np.ndarray) -> np.ndarray:
+        error = told.labelled - np.tensordot(values * scale, shapes, axes=1)
+        return np.concatenate([np.sqrt(INDEPENDENT) / NOISE_CM * error.ravel(), (scale - 1) / DOUBT])
+
+    best = least_squares(left, np.ones(len(shapes))).x
+    assert np.abs(best - 1).max() > 0.05
+    assert strength(strengthened(shapes, told), shapes) == pytest.approx(best, abs=1e-6)
+
+
+def test_labels_tell_the_strength_of_a_shape_that_the_take_never_shows_in_full() -> None:
+    """The take alone would have the actor's limit at half of it."""
+    values = weights() * 0.5
+    take, shapes = acting(values)
+    frame = int(np.argmax(values[:150, 0]))
+    told = labelled(take, [frame], values[[frame]])
+    alone, helped = (strength(personalise(shapes, t, Refit(), full_range=True), shapes)[0] for t in (take, told))
+    assert alone == pytest.approx(0.5, abs=0.06)
+    assert helped > 0.8
+
+
+def test_labels_leave_shapes_that_they_do_not_name() -> None:
+    take, shapes = acting(weights() * 0.5)
+    values = np.full((1, len(SHAPES)), np.nan)
+    values[0, 0] = 1.0
+    found = strengthened(shapes, labelled(take, [33], values))
+    assert np.array_equal(found[1:], shapes[1:])
+    assert 0.4 < strength(found, shapes)[0] < 0.9
+
+
+@pytest.mark.parametrize("values", [np.empty((0, len(SHAPES))), np.full((2, len(SHAPES)), np.nan), np.zeros((1, 6))])
+def test_labels_that_show_nothing_change_no_strength(values: np.ndarray) -> None:
+    take, shapes = acting(weights())
+    assert np.array_equal(strengthened(shapes, labelled(take, [3, 4][: len(values)], values)), shapes)
+
+
+def test_a_labelled_frame_may_miss_markers_but_not_most_of_them() -> None:
+    """For longer than gaps are filled."""
+    rig, points, values = face(), points_on(face()), weights() * 0.5
+    take = capture(rig, values, points)
+    frame = int(np.argmax(values[:150, 0]))
+    examples = Examples(np.array([frame]), SHAPES, values[[frame]])
+
+    def fit(missing: int, examples: Examples | None = examples) -> ShapeRetargeter:
+        gappy = take.points.copy()
+        gappy[: frame + 30, :missing] = np.nan
+        known = {"neutral": at_rest(rig, points), "head_moves": False, "examples": examples}
+        return RangeOfMotion().fit(rig, replace(take, points=gappy), pairs_of(points), **known)
+
+    some, most, none = fit(3), fit(int(0.6 * len(take.names))), fit(3, None)
+    original = none.alignment.original
+    assert strength(some.shapes, original)[0] > 0.9 > 0.7 > strength(none.shapes, original)[0]
+    assert most.shapes == pytest.approx(fit(int(0.6 * len(take.names)), None).shapes)
+    assert [note.where for note in most.notes if note.code == "labels-unseen"] == [f"frame {frame}"]
+    assert not any(note.code == "labels-unseen" for note in some.notes)
 
 
 def test_shapes_kept_off_are_used_neither_for_explaining_nor_changed_by_it() -> None:

@@ -21,6 +21,7 @@ from mien.core.arrays import Floats, Ints
 from mien.core.errors import unknown
 from mien.geometry.laplacian import cotangent_laplacian, triangulate_markers
 from mien.retargeting.initial import warped_shapes
+from mien.retargeting.labelled import checked_examples
 from mien.retargeting.prepare import Prepared, prepare
 from mien.retargeting.range_of_motion.alignment import Balance, alignment_problem
 from mien.retargeting.range_of_motion.keys import Keys, key_expressions
@@ -122,8 +123,9 @@ class RangeOfMotion:
             neutral: the actor at rest; found in the take if None.
             rigid: markers known to ride on the skull.
             head_moves: whether there is head motion to take out.
-            examples: frames that show named shapes; they replace the automatic
-                similarities of those shapes (§6.3).
+            examples: frames labelled with weights of shapes.  `refit` holds the weights fixed and takes the
+                strength of shapes from them; for `alignment` they replace the automatic similarities of those
+                shapes (§6.3).
 
         Raises:
             InputError: as `prepare`; or an example names an unknown shape or frame.
@@ -146,6 +148,9 @@ class RangeOfMotion:
                 "every frame of the training take misses some paired marker; leave the worst markers out of the pairs."
             )
         frames = np.flatnonzero(seen)
+        remarks: tuple[Note, ...] = ()
+        if examples is not None:
+            examples, remarks = _usable(checked_examples(examples, len(prepared.take), self.name), prepared.take)
         alike = similarity(prepared.take[frames], shapes, self.steepness)
         enhanced, labelled = _with_examples(alike.enhanced, frames, names, examples)
         keys = key_expressions(enhanced, self.prominence)
@@ -170,7 +175,7 @@ class RangeOfMotion:
             alike.between,
         )
         found = Keys(frames[chosen], _over_take(keys.cumulative, frames, count))
-        return Alignment(kept, found, shapes, guess, personal, residual, opinion, notes)
+        return Alignment(kept, found, shapes, guess, personal, residual, opinion, (*remarks, *notes))
 
     def _aligned(
         self, prepared: Prepared, frames: Ints, weights: Floats, between: Floats
@@ -234,6 +239,8 @@ UNSEEN_CM = 0.02
 """A shape that moves no paired point by this much cannot be told from noise."""
 WEAK_EVIDENCE = 0.3
 """Below this correlation no frame of the take looks like the shape."""
+MISSING = 0.5
+"""Labelled frames that miss more than this share of the points say too little."""
 
 
 def _opinion_note(shares: Mapping[str, float]) -> tuple[Note, ...]:
@@ -250,13 +257,31 @@ def _opinion_note(shares: Mapping[str, float]) -> tuple[Note, ...]:
 def _take_of(
     prepared: Prepared, frames: Ints, names: Sequence[str], off: Sequence[str], examples: Examples | None
 ) -> Take:
+    """Return what the shapes are found from; points that a labelled frame misses are where its other points put them."""
     labels = np.full((0 if examples is None else len(examples.frames), len(names)), np.nan)
     labelled = np.empty(0, np.int64)
     if examples is not None:
         labels[:, [list(names).index(name) for name in examples.names]] = examples.values
         labelled = examples.frames
     confidence = np.asarray(prepared.pairs.confidence)
-    return Take(names, prepared.take[frames], confidence, off, prepared.take[labelled], labels)
+    take = Take(names, prepared.take[frames], confidence, off, prepared.take[labelled], labels)
+    missing = np.isnan(take.labelled)
+    if not missing.any():
+        return take
+    shapes = prepared.terms.deltas
+    filled = np.tensordot(take.weights(shapes, take.labelled, 1.0), shapes, axes=1)
+    return replace(take, labelled=np.where(missing, filled, take.labelled))
+
+
+def _usable(examples: Examples, take: Floats) -> tuple[Examples, tuple[Note, ...]]:
+    """Leave out labelled frames that see less than half of the points; say which."""
+    blind = np.isnan(take[examples.frames, :, 0]).mean(axis=1) > MISSING
+    if not blind.any():
+        return examples, ()
+    listed = ", ".join(map(str, examples.frames[blind][:6]))
+    text = f"{int(blind.sum())} labelled frames miss more than half of the paired markers and are left out: {listed}."
+    kept = Examples(examples.frames[~blind], examples.names, examples.values[~blind])
+    return kept, (Note("labels-unseen", text, f"frame {examples.frames[blind][0]}"),)
 
 
 def _over_take(values: Floats, frames: Ints, count: int) -> Floats:
@@ -273,21 +298,19 @@ def _strongest(weights: Floats, keep: float) -> Floats:
 def _with_examples(
     enhanced: Floats, frames: Ints, names: Sequence[str], examples: Examples | None
 ) -> tuple[Floats, Ints]:
-    """Replace the similarities of labelled shapes by their labels; return the labelled columns too."""
+    """Replace the similarities of labelled shapes by their labels; return the labelled columns too.
+
+    A labelled frame that misses a point is not compared with anything, so it has no column.
+    """
     if examples is None:
         return enhanced, np.empty(0, np.int64)
-    result = enhanced.copy()
-    place = {int(frame): column for column, frame in enumerate(frames)}
-    for frame in examples.frames:
-        if int(frame) not in place:
-            raise InputError(
-                f"the examples label frame {frame}, which the training take does not have or where markers are missing; "
-                f"it has frames {frames[0]} … {frames[-1]}."
-            )
-    columns = np.array([place[int(f)] for f in examples.frames], dtype=np.int64)
-    for name, values in zip(examples.names, examples.values.T, strict=True):
+    for name in examples.names:
         if name not in names:
             raise InputError(f"the examples label an {unknown('blendshape', name, names)}")
+    result = enhanced.copy()
+    compared = np.isin(examples.frames, frames)
+    columns = np.searchsorted(frames, examples.frames[compared])
+    for name, values in zip(examples.names, examples.values[compared].T, strict=True):
         shown = np.nan_to_num(values) > 0
         if shown.any():
             row = np.zeros(enhanced.shape[1])

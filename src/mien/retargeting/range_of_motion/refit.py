@@ -5,7 +5,8 @@ strength, so its shapes come out weak and mixed (docs/accuracy.md).  Here the ta
 explained instead: solve all frames for weights with the shapes so far, then let every
 shape move a little towards what explains the frames better.  This settles directions;
 strength comes from the paper's own notion of range: where the take covers the actor's
-range of motion, the strongest movement of a shape is that shape at 1.
+range of motion, the strongest movement of a shape is that shape at 1.  Frames that a person
+has labelled say both, and more surely.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from mien.retargeting.energy import frame_solver
 from mien.retargeting.settings import SolveSettings, in_range
 
 SHOWN = 0.1
-"""A shape whose strongest weight stays below this was not shown, and keeps its strength."""
+"""A shape whose strongest weight stays below this was not shown, and keeps its strength; so with labels."""
 LARGEST = 1.5
 """Weights may go this far while the range is being found, and shapes grow by as much at most."""
 FIRST, LAST = 0.9, 0.6
@@ -37,6 +38,12 @@ SMOOTH = 0.001
 """Of the weights that the shapes are found with: blinks are to show their full strength."""
 NOISE_CM = 0.2
 """How far a point may be off, shapes and all, on a human face."""
+DOUBT = 0.5
+"""How far, as a share, labels are expected to change the strength that a shape has without them."""
+INDEPENDENT = 0.01
+"""The share of a labelled frame's points that counts: a wrong label, or a wrong shape, is wrong at all points alike."""
+WEAKEST, STRONGEST = 0.2, 3.0
+"""Labels change the strength of a shape by no more than these factors."""
 
 
 @dataclass(frozen=True)
@@ -87,10 +94,16 @@ class Take:
         solver = frame_solver(shapes, self.names, none, self.confidence, settings, correctives=self.correctives)
         return solver.batch(frames)[0]
 
+    def told(self, shapes: Floats) -> Floats:
+        """Return weights `(E, K)` of the labelled frames: the labels, and solved with shapes `(K, M, 3)` where there is none."""
+        if not len(self.labelled):
+            return np.empty((0, len(shapes)))
+        return np.where(np.isnan(self.labels), self.weights(shapes, self.labelled, 1.0), self.labels)
+
     @property
     def known(self) -> Flags:
         """`(K,)` shapes whose strength the labels say."""
-        return np.asarray((np.nan_to_num(self.labels) > 0).any(axis=0))
+        return np.asarray((np.nan_to_num(self.labels) >= SHOWN).any(axis=0))
 
 
 def personalise(guess: Floats, take: Take, refit: Refit, *, full_range: bool) -> Floats:
@@ -106,10 +119,15 @@ def personalise(guess: Floats, take: Take, refit: Refit, *, full_range: bool) ->
         `(K, M, 3)` [cm].
     """
     thin = thinned(take)
-    shapes = calibrated(guess, thin, refit.full, FIRST) if full_range else guess
+    shapes = begun(guess, thin, refit, full_range=full_range)
     for _ in range(ROUNDS):
         shapes = refitted(shapes, thin, refit)
-    return calibrated(shapes, thin, refit.full, LAST) if full_range else shapes
+    return calibrated(shapes, thin, refit.full, LAST, but=take.known) if full_range else shapes
+
+
+def begun(guess: Floats, take: Take, refit: Refit, *, full_range: bool) -> Floats:
+    """Return shapes `(K, M, 3)` as strong as the take, if it shows the actor's range, and the labels have them [cm]."""
+    return strengthened(calibrated(guess, take, refit.full, FIRST) if full_range else guess, take)
 
 
 def unexplained(shapes: Floats, take: Take) -> float:
@@ -123,21 +141,46 @@ def thinned(take: Take, frames: int = FRAMES) -> Take:
     return replace(take, frames=take.frames[:: max(1, len(take.frames) // frames)])
 
 
-def calibrated(shapes: Floats, take: Take, full: float, share: float = 1.0) -> Floats:
-    """Scale each shape so that its strongest weight in the take is 1; labelled shapes keep their strength.
+def calibrated(shapes: Floats, take: Take, full: float, share: float = 1.0, but: Flags | None = None) -> Floats:
+    """Scale each shape so that its strongest weight in the take is 1.
 
     Args:
         shapes: `(K, M, 3)` [cm].
         take: what the actor did.
         full: the quantile that counts as strongest.
         share: how much of the way to go, in powers: 1 is all.
+        but: `(K,)` shapes that keep their strength.
     """
     strongest = np.quantile(take.weights(shapes, take.frames, LARGEST), full, axis=0)
-    told = (strongest > SHOWN) & ~take.known
+    told = strongest > SHOWN if but is None else (strongest > SHOWN) & ~but
     scale = np.where(told, np.clip(strongest, SHOWN, LARGEST), 1.0) ** share
-    if take.correctives is not None:
-        scale = _driven(scale, take.correctives)
-    return np.asarray(shapes * scale[:, None, None])
+    return _scaled(shapes, scale, take.correctives)
+
+
+def strengthened(shapes: Floats, take: Take) -> Floats:
+    """Scale each labelled shape to what the labelled frames say of its strength.
+
+    The scales `s` are those that explain the frames `A` best with the weights `W` they are
+    labelled with, near 1 where labels say little: `min c |A - W s P|² / noise² + |s - 1|² / doubt²`,
+    `c` being the share of points that counts.
+
+    Args:
+        shapes: `(K, M, 3)` `P` [cm].
+        take: what the actor did, `A` and `W`.
+    """
+    weights = take.told(shapes)
+    given = (np.nan_to_num(take.labels) > 0).any(axis=0)
+    if not given.any():
+        return shapes
+    left = take.labelled - np.tensordot(weights[:, ~given], shapes[~given], axes=1)
+    weights, labelled = weights[:, given], shapes[given]
+    alike = np.tensordot(labelled, labelled, axes=((1, 2), (1, 2)))
+    evidence = INDEPENDENT / NOISE_CM**2
+    system = evidence * (weights.T @ weights) * alike + np.eye(len(labelled)) / DOUBT**2
+    load = evidence * np.einsum("ek,kmd,emd->k", weights, labelled, left, optimize=True) + 1 / DOUBT**2
+    scale = np.ones(len(shapes))
+    scale[given] = np.clip(np.linalg.solve(system, load), WEAKEST, STRONGEST)
+    return _scaled(shapes, scale, take.correctives)
 
 
 def refitted(shapes: Floats, take: Take, refit: Refit) -> Floats:
@@ -154,9 +197,7 @@ def refitted(shapes: Floats, take: Take, refit: Refit) -> Floats:
     """
     count, points, _ = shapes.shape
     frames = np.concatenate([take.frames, take.labelled])
-    weights = take.weights(shapes, frames, 1.0)
-    tail = weights[len(take.frames) :]
-    tail[:] = np.where(np.isnan(take.labels), tail, take.labels)
+    weights = np.concatenate([take.weights(shapes, take.frames, 1.0), take.told(shapes)])
     say = np.ones(len(frames))
     say[len(take.frames) :] = len(take.frames) / max(1, len(take.labelled))
     size = np.linalg.norm(shapes, axis=2)
@@ -167,6 +208,12 @@ def refitted(shapes: Floats, take: Take, refit: Refit) -> Floats:
     systems = counted @ weights + hold.T[:, :, None] * np.eye(count)
     targets = (load + hold[:, :, None] * shapes).transpose(1, 0, 2)
     return np.asarray(np.linalg.solve(systems, targets).transpose(1, 0, 2))
+
+
+def _scaled(shapes: Floats, scale: Floats, correctives: Correctives | None) -> Floats:
+    if correctives is not None:
+        scale = _driven(scale, correctives)
+    return np.asarray(shapes * scale[:, None, None])
 
 
 def _driven(scale: Floats, correctives: Correctives) -> Floats:

@@ -18,7 +18,7 @@ from mien.core.arrays import Floats, Ints
 from mien.geometry.templates import template_shapes
 from mien.library.generic import generic_rig
 from mien.retargeting.prepare import Prepared
-from mien.retargeting.range_of_motion.refit import FIRST, Refit, Take, calibrated, refitted, thinned, unexplained
+from mien.retargeting.range_of_motion.refit import Refit, Take, begun, refitted, thinned, unexplained
 from mien.rigging.blendshapes.dense import transfer
 from mien.rigging.dense import lay
 from mien.rigging.landmarks import check_is_face, paired_landmarks
@@ -108,8 +108,7 @@ def heard(
     few, regions = thinned(take, FRAMES), regions_of(take.names)
 
     def left(shares: Floats) -> float:
-        shapes = mixed(own, opinion, shares)
-        shapes = calibrated(shapes, few, refit.full, FIRST) if full_range else shapes
+        shapes = begun(mixed(own, opinion, shares), few, refit, full_range=full_range)
         for _ in range(ROUNDS):
             shapes = refitted(shapes, few, refit)
         return unexplained(shapes, few) * (1 + WORTH * float(shares.mean()))
