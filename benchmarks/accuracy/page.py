@@ -47,6 +47,8 @@ ABLATED = {
     "closed": "closed",
     "worse": "worse",
 }
+STANDING = ("closed", "worse")
+"""Figures that are no means over cases."""
 PEOPLE = ("p1", "p2", "p3")
 USUAL = 99
 
@@ -142,6 +144,22 @@ def ablation(document: Row) -> str:
     return _source(document) + table(["knob", "value", *ABLATED.values()], lines)
 
 
+def by_labels(document: Row) -> str:
+    """Return the mean figures of each method with so many labelled frames."""
+    rows = document["rows"]
+    error = {(r["method"], r["case"]): r["mm"] for r in rows if r["method"] in (FLOOR, "rbf", "direct")}
+    lines = []
+    for labels, method in dict.fromkeys((r["labels"], r["method"]) for r in rows):
+        mine = [r for r in rows if (r["labels"], r["method"]) == (labels, method)]
+        names = list(dict.fromkeys(r["case"] for r in mine))
+        mm = {name: float(np.mean([r["mm"] for r in mine if r["case"] == name])) for name in names}
+        closed = [(error["rbf", n] - mm[n]) / (error["rbf", n] - error[FLOOR, n]) for n in names]
+        worse = sum(mm[n] > min(error["rbf", n], error["direct", n]) * (1 + SAME) for n in names)
+        means = [float(np.nanmean([r.get(key, np.nan) for r in mine])) for key in FIGURES if key not in STANDING]
+        lines.append([labels or "none", method, *means, float(np.median(closed)), worse])
+    return _source(document) + table(["labels", "method", *FIGURES.values()], lines)
+
+
 def _figure(row: Row, key: str) -> float | int:
     """Return a figure of a row; counts are whole."""
     value = row.get(key, float("nan"))
@@ -165,7 +183,7 @@ def _source(document: Row) -> str:
 def main() -> None:
     read = {
         name: json.loads((RESULTS / f"{name}.json").read_text(encoding="utf-8"))
-        for name in ("accuracy_quick", "accuracy_library", "accuracy", "accuracy_ablation")
+        for name in ("accuracy_quick", "accuracy_library", "accuracy", "accuracy_ablation", "accuracy_labels")
     }
     page = PAGE.read_text(encoding="utf-8")
     page = filled(page, "methods", by_method(read["accuracy_quick"]))
@@ -173,6 +191,7 @@ def main() -> None:
     page = filled(page, "library", by_method(read["accuracy_library"]))
     page = filled(page, "levels", by_level(read["accuracy"]))
     page = filled(page, "all-methods", by_method(read["accuracy"]))
+    page = filled(page, "labels", by_labels(read["accuracy_labels"]))
     page = filled(page, "ablation", ablation(read["accuracy_ablation"]))
     PAGE.write_text(page, encoding="utf-8")
     PICTURE.write_text(sweep_sheet(read["accuracy_ablation"]["rows"]), encoding="utf-8")

@@ -47,6 +47,18 @@ def test_weights_with_the_actor_s_face_are_points(files):
     assert chosen(request)[0].method == "range-of-motion"
 
 
+@pytest.mark.parametrize(
+    ("column", "paired", "method"),
+    [("jawOpen", True, "range-of-motion"), ("jawOpen", False, "latent"), ("slider", True, "latent")],
+)
+def test_labelled_blendshapes_get_range_of_motion_where_points_are_paired(files, tmp_path, column, paired, method):
+    labels = tmp_path / "labels.csv"
+    labels.write_text(f"frame,{column}\n3,1\n", encoding="utf-8")
+    pairs = files["face.pairs.json"] if paired else None
+    request = Request(files["take.trc"], files["face.glb"], AUTO, examples=labels, pairs=pairs)
+    assert chosen(request)[0].method == method
+
+
 def test_a_character_made_of_expressions_gets_layers(tmp_path):
     folder = write_layered_files(tmp_path)
     assert chosen(Request(folder / "take.trc", folder / "hero.glb", AUTO))[0].method == "layers"

@@ -10,6 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from mien.core import Note, Rig
+from mien.io.examples import read_examples
 from mien.io.formats import format_of, read_rig
 from mien.job.request import Request
 from mien.vocabularies.expressions import BLINKS, EMOTIONS, VISEMES
@@ -44,6 +45,15 @@ def _picked_extremes(request: Request, _: Reader) -> bool:
     return request.extremes is not None
 
 
+def _labelled_shapes(request: Request, read: Reader) -> bool:
+    """Whether the labels are weights of blendshapes, and something says which point is which."""
+    if request.examples is None or request.animations or (request.pairs is None and request.landmarks is None):
+        return False
+    if _only_names(request, read) or format_of(request.character).read_rig is None:
+        return False
+    return set(read_examples(request.examples).names) <= set(read(request.character).blendshapes.names)
+
+
 def _labelled(request: Request, _: Reader) -> bool:
     return request.examples is not None or bool(request.animations)
 
@@ -63,6 +73,11 @@ def _made_of_extremes(request: Request, read: Reader) -> bool:
 
 RULES: tuple[tuple[Callable[[Request, Reader], bool], str, str], ...] = (
     (_picked_extremes, "layers", "frames were picked as extremes (--extremes)"),
+    (
+        _labelled_shapes,
+        "range-of-motion",
+        "frames are labelled with the character's blendshapes, and pairs or landmarks say which point is which",
+    ),
     (_labelled, "latent", "labelled frames or existing animation of the character were given to learn from"),
     (
         _only_names,
