@@ -172,6 +172,30 @@ def test_label_fit_suggest_and_label_again(files: SmallFiles) -> None:
     assert elsewhere.table.frames.tolist() == sorted(blank.frames) + elsewhere.frames.tolist()
 
 
+def test_a_model_of_shapes_has_its_predictions_corrected(files: SmallFiles) -> None:
+    """Fit, label what it predicts, correct, fit again."""
+    right, folder = weights(FRAMES), files["work"]
+    plain = Request(files["take.trc"], files["face.glb"], pairs=files["face.pairs.json"])
+    save_model(files["m.mien"], fit(plain))
+    found = label.choose(files["take.trc"], files["m.mien"], folder, count=3)
+    assert found.filled
+    assert found.table.names == SHAPES
+    assert found.table.values == pytest.approx(right[found.frames], abs=0.25)
+    actor, both = (
+        label.choose(files["take.trc"], files["face.glb"], files["new"], count=3).pictures[0],
+        found.pictures[0],
+    )
+    assert both.shape == (actor.shape[0], 2 * actor.shape[1], 3)
+    suggested = suggest_frames(ask(files["take.trc"], files["m.mien"]), 3)
+    assert suggested.frames.tolist() == found.frames.tolist()
+    label.write(found, folder)
+    write_examples(folder / "labels.csv", Examples(found.frames, SHAPES, 0.5 * right[found.frames]))
+    before, after = (
+        run(each).clip.values[found.frames] for each in (plain, replace(plain, examples=folder / "labels.csv"))
+    )
+    assert after.mean() < 0.75 * before.mean()
+
+
 def test_frames_of_weights_have_no_picture_but_a_table(files: SmallFiles) -> None:
     found = label.choose(files["weights.csv"], files["face.glb"], files["work"], count=4)
     assert not found.pictures

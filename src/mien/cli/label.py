@@ -26,7 +26,8 @@ def label(
 ) -> None:
     """Choose the most telling frames of a PERFORMANCE: a picture of each, and labels.csv to fill in.
 
-    With a model, its predictions stand in the new rows, to be corrected. Rows that are in the folder's labels.csv
+    With a model of any method that follows points or learns from labels, its predictions stand in the new rows, to
+    be corrected, and beside the actor in the pictures. Rows that are in the folder's labels.csv
     already are kept as they are.
 
     Examples:
@@ -35,6 +36,8 @@ def label(
       mien fit take.c3d hero.glb --method latent --examples labels/labels.csv -o hero.mien
 
       mien label take.c3d hero.mien -o labels --count 5
+
+      mien retarget take.c3d hero.glb --examples labels/labels.csv -o out.glb
     """
     from mien.cli.say import console, print_json, print_notes, stages
     from mien.job import label as job

@@ -5,7 +5,7 @@ Label, fit, suggest, label: a folder that has a table already keeps every row of
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -14,19 +14,24 @@ from mien.core import Examples, FileError, InputError, Markers, Note, Rig
 from mien.core.arrays import Ints
 from mien.io.examples import read_examples, write_examples
 from mien.job.labelled import Source, Target, read_target, source_of
-from mien.job.likeness import actor_pictures
+from mien.job.likeness import actor_pictures, reading_of
 from mien.job.model import SUFFIX
 from mien.job.pairs import DEFAULT_COUNT
 from mien.job.performance import Performance, load_performance
 from mien.job.request import Fitted
 from mien.job.retarget import frames_of
 from mien.job.suggest import Asked, ask, chosen
+from mien.look.portrait import Portrait
 from mien.look.raster import Picture
 from mien.look.sheet import Labelled, Row, save_png, sheet
 from mien.retargeting.rows import MarkerRows, Reading, read_points, read_weights
+from mien.retargeting.shape_retargeter import ShapeRetargeter
 
 TABLE, OVERVIEW = "labels.csv", "frames.png"
-SIZE, COLUMNS = 360, 5
+SIZE, WIDTH = 360, 1800
+"""Height of a picture and width of the sheet of all, at most [pixels]."""
+DIGITS = 3
+"""Of predictions in the table."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +41,7 @@ class Choice:
     Attributes:
         frames: the new ones, the most telling first.
         table: all rows of the table, those that were there and the new ones.
-        pictures: of the new frames; none if only weights are known.
+        pictures: of the new frames, with the predicted poses beside the actor's; none if only weights are known.
         filled: whether the new rows hold a prediction to correct.
         notes: what could not be done.
     """
@@ -84,7 +89,8 @@ def write(choice: Choice, folder: Path) -> list[Path]:
         written.append(folder / f"frame_{frame:05d}.png")
     if choice.pictures:
         cells = [Labelled(p, f"frame {f}") for f, p in zip(choice.frames, choice.pictures, strict=True)]
-        rows = [Row("", tuple(cells[i : i + COLUMNS])) for i in range(0, len(cells), COLUMNS)]
+        across = max(1, WIDTH // choice.pictures[0].shape[1])
+        rows = [Row("", tuple(cells[i : i + across])) for i in range(0, len(cells), across)]
         save_png(folder / OVERVIEW, sheet(rows))
         written.append(folder / OVERVIEW)
     write_examples(folder / TABLE, choice.table)
@@ -93,18 +99,28 @@ def write(choice: Choice, folder: Path) -> list[Path]:
 
 def _by_model(asked: Asked, before: Examples | None, count: int) -> Choice:
     """Choose by what the model was shown, and put its predictions in the table."""
-    model = asked.retargeter
+    model = asked.fitted.retargeter
     known = np.zeros(0, dtype=np.int64) if before is None else before.frames
     _check_frames(known, len(asked.rows))
-    shown = np.concatenate([model.shown, asked.rows[known]])
+    shown = np.concatenate([asked.shown, asked.rows[known]])
     frames = chosen(shown, asked.rows, count, asked.frames.fps).frames
-    values = model.retarget(asked.frames)[0].values[frames]
-    new = Examples(frames, model.names, np.round(values, 4) + 0.0)
+    clip = model.retarget(asked.frames)[0]
+    new = Examples(frames, clip.names, np.round(clip.values[frames], DIGITS) + 0.0)
     old = before
     if before is None and _is_training(asked):
-        old = model.labels
-    reading = model.reading if isinstance(model.reading, MarkerRows) else None
-    return _choice(asked.performance, asked.fitted, reading, new, old, filled=True)
+        old = asked.labels
+    choice = _choice(asked.performance, asked.fitted, reading_of(model), new, old, filled=True)
+    return replace(choice, pictures=_beside(choice.pictures, asked.fitted, new))
+
+
+def _beside(pictures: tuple[Picture, ...], fitted: Fitted, predicted: Examples) -> tuple[Picture, ...]:
+    """Put the predicted poses beside pictures of the actor, if shapes of a rig are what was predicted."""
+    rig = fitted.character
+    if rig is None or fitted.bones is not None or predicted.names != rig.blendshapes.names:
+        return pictures
+    sitter = Portrait.of(rig, size=(SIZE, SIZE))
+    pairs = zip(pictures, predicted.values, strict=True)
+    return tuple(np.concatenate([actor, sitter.picture(pose)], axis=1) for actor, pose in pairs)
 
 
 def _from_scratch(performance: Performance, target: Target, before: Examples | None, count: int) -> Choice:
@@ -149,7 +165,7 @@ class _Unfitted:
 def _choice(
     performance: Performance,
     fitted: Fitted,
-    reading: MarkerRows | None,
+    reading: MarkerRows | ShapeRetargeter | None,
     new: Examples,
     old: Examples | None,
     *,
@@ -177,10 +193,9 @@ def _joined(old: Examples | None, new: Examples) -> Examples:
 
 def _is_training(asked: Asked) -> bool:
     """Return whether the performance is the take that the model was labelled on."""
-    labels = asked.retargeter.labels.frames
-    if labels.max() >= len(asked.rows):
+    if asked.labels is None or asked.labels.frames.max() >= len(asked.rows):
         return False
-    return np.allclose(asked.rows[labels], asked.retargeter.shown, equal_nan=True)
+    return np.allclose(asked.rows[asked.labels.frames], asked.shown, equal_nan=True)
 
 
 def _parameters(target: Target) -> tuple[str, ...]:

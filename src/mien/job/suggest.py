@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from mien.core import Clip, InputError, Markers
+from mien.core import Clip, Examples, InputError, Markers
 from mien.core.arrays import Floats, Ints
 from mien.job.model import load_model
 from mien.job.performance import Performance, load_performance
@@ -16,6 +16,7 @@ from mien.job.request import Fitted
 from mien.job.retarget import frames_of
 from mien.retargeting.by_example import ExampleRetargeter
 from mien.retargeting.samples import Samples
+from mien.retargeting.shape_retargeter import ShapeRetargeter
 from mien.retargeting.suggest import suggest
 
 
@@ -45,17 +46,19 @@ class Asked:
 
     Attributes:
         fitted: the model.
-        retargeter: its map.
         performance: what the actor did.
         frames: the same as the model reads it.
         rows: `(F, d)` its rows.
+        shown: `(l, d)` the rows that the model was shown with labels; the actor at rest, if it learned from none.
+        labels: those labels, or None.
     """
 
     fitted: Fitted
-    retargeter: ExampleRetargeter
     performance: Performance
     frames: Markers | Clip
     rows: Floats
+    shown: Floats
+    labels: Examples | None = None
 
 
 def ask(performance: Path, model: Path, actor: Path | None = None, character: Path | None = None) -> Asked:
@@ -63,16 +66,22 @@ def ask(performance: Path, model: Path, actor: Path | None = None, character: Pa
 
     Raises:
         FileError: a file is missing or damaged.
-        InputError: the model did not learn from labels, or reads another kind of performance.
+        InputError: the model has no use for labels, or reads another kind of performance.
     """
     fitted = load_model(model, character)
-    if not isinstance(fitted.retargeter, ExampleRetargeter):
+    retargeter = fitted.retargeter
+    if not isinstance(retargeter, ExampleRetargeter | ShapeRetargeter):
         raise InputError(
-            f"{model} did not learn from labelled frames, so none can be suggested; fit with --method latent."
+            f"{model} has no use for labelled frames; fit with a method that has: --method range-of-motion, or latent."
         )
     played = load_performance(performance, actor)
     frames = frames_of(fitted, played)
-    return Asked(fitted, fitted.retargeter, played, frames, fitted.retargeter.rows(frames)[0])
+    if isinstance(retargeter, ExampleRetargeter):
+        return Asked(fitted, played, frames, retargeter.rows(frames)[0], retargeter.shown, retargeter.labels)
+    assert isinstance(frames, Markers)
+    moved = retargeter.displacements(frames.points)[0]
+    rows = moved.reshape(len(moved), -1)
+    return Asked(fitted, played, frames, rows, np.zeros((1, rows.shape[1])))
 
 
 def suggest_frames(asked: Asked, count: int) -> Suggested:
@@ -81,7 +90,7 @@ def suggest_frames(asked: Asked, count: int) -> Suggested:
     Raises:
         InputError: fewer frames than asked for.
     """
-    return chosen(asked.retargeter.shown, asked.rows, count, asked.frames.fps)
+    return chosen(asked.shown, asked.rows, count, asked.frames.fps)
 
 
 def chosen(shown: Floats, rows: Floats, count: int, fps: float) -> Suggested:
