@@ -74,6 +74,7 @@ class Surface:
         gaze: `(N, 3)` direction from its eye's centre at rest, on eyeballs without an iris; elsewhere zero.
         same: `(N,)` the first of the vertices that lie and move together: seams share their normals.
         openings: where the surface lets one look inside.
+        teeth: `(N,)` which vertices are teeth, whatever their colour.
     """
 
     triangles: Ints
@@ -81,6 +82,7 @@ class Surface:
     gaze: Floats
     same: Ints
     openings: Openings
+    teeth: Flags
 
 
 def surface_of(rig: Rig) -> Surface:
@@ -89,12 +91,13 @@ def surface_of(rig: Rig) -> Surface:
     same = _moving_together(rig)
     piece = _pieces(mesh, same)
     part = _told_by_shape(mesh, piece, _told_by_name(mesh))
+    teeth = np.asarray(part == "teeth")
     own, said = _own_colours(rig)
     kept = said & ~_left_to_tell(part, own, said)
     colours = np.where(kept[:, None], own, np.array([COLOURS.get(name, SKIN) for name in part]))
     part[kept] = ""
     drawn = mesh.triangles[~(part == "hidden")[mesh.triangles].any(axis=1)]
-    return Surface(drawn, colours, _gaze(mesh, piece, part), same, Openings.of(drawn, same))
+    return Surface(drawn, colours, _gaze(mesh, piece, part), same, Openings.of(drawn, same), teeth)
 
 
 def _own_colours(rig: Rig) -> tuple[Floats, Flags]:

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from mien.core import Clip, InputError, Rig
-from mien.core.arrays import Floats, Ints
+from mien.core.arrays import Floats, Ints, floats
 from mien.look.camera import Camera, View, face_vertices, frame_all, frame_face
+from mien.look.creases import Creases
 from mien.look.parts import Surface, surface_of
 from mien.look.raster import Dots, Edges, Picture, render, vertex_normals
 
@@ -24,12 +25,14 @@ class Portrait:
     Attributes:
         rig: who is pictured.
         surface: the triangles drawn and their colours.
+        creases: the surface's triangles, its vertices doubled where teeth have edges.
         camera: where it is seen from.
         size: width and height of the pictures [pixels].
     """
 
     rig: Rig
     surface: Surface
+    creases: Creases
     camera: Camera
     size: tuple[int, int]
 
@@ -50,7 +53,9 @@ class Portrait:
             size: width and height [pixels].
             camera: instead of the one that frames the face.
         """
-        return cls(rig, surface_of(rig), camera or frame_face(rig, view, aspect=size[0] / size[1]), size)
+        surface = surface_of(rig)
+        creases = Creases.of(rig.neutral.vertices, surface.triangles, surface.same, surface.teeth)
+        return cls(rig, surface, creases, camera or frame_face(rig, view, aspect=size[0] / size[1]), size)
 
     def picture(
         self,
@@ -84,14 +89,17 @@ class Portrait:
         vertices = self.rig.pose(w, joints)
         if head is not None:
             vertices = vertices @ head[:3, :3].T + head[:3, 3]
+        own = self.surface.colours if colours is None else floats(colours, vertices.shape, "vertex colours")
+        split = self.creases.split
+        vertices = split(vertices)
         return render(
             vertices,
-            self.surface.triangles,
+            self.creases.triangles,
             self.camera,
             size=self.size,
-            colours=self.surface.colours if colours is None else colours,
-            normals=vertex_normals(vertices, self.surface.triangles, self.surface.same),
-            gaze=self.surface.gaze if colours is None else None,
+            colours=split(own),
+            normals=vertex_normals(vertices, self.creases.triangles, self.creases.same),
+            gaze=split(self.surface.gaze) if colours is None else None,
             openings=self.surface.openings,
             dots=dots,
             edges=edges,

@@ -12,6 +12,7 @@ from mien.core.arrays import Floats
 from mien.io.gltf.write import held
 from mien.look import shade
 from mien.look.camera import View, frame_face
+from mien.look.creases import Creases
 from mien.look.openings import Openings
 from mien.look.parts import Surface, surface_of
 from mien.look.player.packing import numbers, sparse_shapes
@@ -45,13 +46,15 @@ def scene_of(rig: Rig, clip: Clip | None = None, view: View = "front") -> tuple[
         "light": _light(),
     }
     vertices, deltas = rig.neutral.vertices, rig.blendshapes.deltas
-    arrays = _surface(surface, _inner(surface.openings, vertices))
+    creases = Creases.of(vertices, surface.triangles, surface.same, surface.teeth)
+    arrays = _surface(surface, creases, _inner(surface.openings, vertices))
     if clip is not None and clip.joints is not None and rig.skin is not None and rig.skeleton is not None:
         own = np.linalg.inv(rig.skin.blend(rig.skeleton.rest))
         vertices = np.einsum("nab,nb->na", own[:, :3, :3], vertices) + own[:, :3, 3]
         deltas = np.einsum("nab,knb->kna", own[:, :3, :3], deltas)
-        arrays |= _bones(rig, clip.joints)
-    arrays |= {"positions": vertices.astype(np.float32), **sparse_shapes(deltas)}
+        arrays |= _bones(rig, clip.joints, creases)
+    deltas = deltas[:, creases.split(np.arange(len(vertices)))]
+    arrays |= {"positions": creases.split(vertices).astype(np.float32), **sparse_shapes(deltas)}
     if clip is not None:
         arrays["weights"] = held(weights_for(rig, clip)).astype(np.float32)
         if clip.head is not None:
@@ -68,22 +71,23 @@ def _inner(openings: Openings, vertices: Floats) -> Openings:
     return Openings(openings.edges[kept], np.unique(openings.rim[kept], return_inverse=True)[1].astype(np.int64))
 
 
-def _surface(surface: Surface, openings: Openings) -> Arrays:
-    count = len(surface.colours)
+def _surface(surface: Surface, creases: Creases, openings: Openings) -> Arrays:
+    count = len(creases.same)
     arrays = {
-        "triangles": numbers(surface.triangles, count),
-        "same": numbers(surface.same, count),
-        "colours": np.round(255 * surface.colours).astype(np.uint8),
+        "triangles": numbers(creases.triangles, count),
+        "same": numbers(creases.same, count),
+        "colours": np.round(255 * creases.split(surface.colours)).astype(np.uint8),
         "rims": numbers(openings.edges, count),
         "rim": openings.rim.astype(np.uint16),
     }
     if surface.gaze.any():
-        length = np.linalg.norm(surface.gaze, axis=1, keepdims=True)
-        arrays["gaze"] = np.round(32767 * surface.gaze / np.where(length > 0, length, 1)).astype(np.int16)
+        gaze = creases.split(surface.gaze)
+        length = np.linalg.norm(gaze, axis=1, keepdims=True)
+        arrays["gaze"] = np.round(32767 * gaze / np.where(length > 0, length, 1)).astype(np.int16)
     return arrays
 
 
-def _bones(rig: Rig, joints: Floats) -> Arrays:
+def _bones(rig: Rig, joints: Floats, creases: Creases) -> Arrays:
     """Return the strongest influences of each vertex, and per frame what each joint in use does `(F, J, 3, 4)`."""
     assert rig.skin is not None
     order = np.argsort(-rig.skin.weights, axis=1, kind="stable")[:, :INFLUENCES]
@@ -92,8 +96,8 @@ def _bones(rig: Rig, joints: Floats) -> Arrays:
     used, number = np.unique(np.take_along_axis(rig.skin.joints, order, axis=1), return_inverse=True)
     number = np.pad(number.reshape(order.shape), ((0, 0), (0, INFLUENCES - order.shape[1])))
     return {
-        "joints": number.astype(np.uint16),
-        "grips": weights.astype(np.float32),
+        "joints": creases.split(number).astype(np.uint16),
+        "grips": creases.split(weights).astype(np.float32),
         "bones": (joints[:, used] @ rig.skin.inverse_bind[used])[..., :3, :].astype(np.float32),
     }
 
