@@ -27,8 +27,9 @@ from numpy.typing import ArrayLike
 
 from mien.core.arrays import Floats, Ints, floats
 from mien.core.errors import InputError
-from mien.solve.layered_descent import descend, descend_frames
-from mien.solve.layered_terms import Shape, correlate, gradient, objective, parts_for
+from mien.solve.layered_descent import Frames, History, descend, descend_frames
+from mien.solve.layered_frame import Frame, Problem, parts_for
+from mien.solve.layered_terms import correlate, gradient, objective
 from mien.solve.simplex_kernels import kkt
 from mien.solve.symmetric import semidefinite
 
@@ -76,7 +77,7 @@ class LayeredProblem:
     sizes: tuple[int, ...]
     smooth: float = 0.0
     bias: Bias | None = None
-    shape: Shape = field(init=False, repr=False)
+    compiled: Problem = field(init=False, repr=False)
     top: float = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -92,7 +93,7 @@ class LayeredProblem:
         put(self, "gram", np.ascontiguousarray(whole))
         if not (np.isfinite(self.smooth) and self.smooth >= 0):
             raise InputError(f"the smoothness must be a finite number, 0 or more, but is {self.smooth}.")
-        put(self, "shape", self._shape())
+        put(self, "compiled", self._compiled())
         put(self, "top", float(self.gram.sum(axis=0).diagonal().max()))
 
     @property
@@ -110,12 +111,12 @@ class LayeredProblem:
         """`(J + 1,)` where each layer's coefficients begin."""
         return np.concatenate([[0], np.cumsum(self.sizes)]).astype(np.int64)
 
-    def _shape(self) -> Shape:
+    def _compiled(self) -> Problem:
         starts = self.starts
         first = self.regions * self.layers
         blocks = np.concatenate([np.arange(0, first, self.layers), first + starts]).astype(np.int64)
         if self.bias is None:
-            return blocks, starts, np.array([-1, -1]), np.zeros(0)
+            return Problem(self.gram, blocks, starts, -1, -1, np.zeros(0))
         region, layer = self.bias.region, self.bias.layer
         if not (0 <= region < self.regions and 0 <= layer < self.layers):
             raise InputError(
@@ -123,7 +124,13 @@ class LayeredProblem:
                 f"but there are {self.layers} layers and {self.regions} regions."
             )
         target = floats(self.bias.coefficients, (self.sizes[layer],), "the coefficients of the bias")
-        return blocks, starts, np.array([region, layer]), target.copy()
+        return Problem(self.gram, blocks, starts, int(region), int(layer), target.copy())
+
+    def frame(self, c: Floats, energy: float, gamma: float, before: Floats | None) -> Frame:
+        """Return the problem of one frame, see `evaluate`."""
+        smooth = 0.0 if before is None else float(self.smooth)
+        old = np.zeros(self.compiled.blocks[-1]) if before is None else np.array(before, np.float64)
+        return Frame(self.compiled, np.ascontiguousarray(c), float(energy), float(gamma), smooth, old)
 
     def scale(self, gamma: Floats) -> Floats:
         """Return the gradient that counts as 1 in a KKT residual, for biases `(…)`.
@@ -153,14 +160,11 @@ class LayeredProblem:
             before: `(m J + N,)` the unknowns of the frame before; no smoothness if None.
         """
         z = np.concatenate([np.asarray(weights, np.float64).ravel(), coefficients])
-        pull = (1.0 - gamma, float(gamma), 0.0 if before is None else float(self.smooth))
-        old = z if before is None else before
-        parts = parts_for(self.regions, self.layers, sum(self.sizes))
-        data = np.ascontiguousarray(c)
-        correlate(self.gram, data, self.shape, z, parts)
-        value = objective(self.shape, pull, old, z, parts) + (1 - gamma) * energy
-        gradient(data, self.shape, pull, old, z, parts)
-        residual = kkt(self.shape[0], z, parts.g) / float(self.scale(np.array(gamma)))
+        frame, parts = self.frame(c, energy, gamma, before), parts_for(self.compiled)
+        correlate(frame, z, parts)
+        value = objective(frame, z, parts) + (1 - gamma) * energy
+        gradient(frame, z, parts)
+        residual = kkt(self.compiled.blocks, z, parts.g) / float(self.scale(np.array(gamma)))
         return float(value), parts.g.copy(), float(residual)
 
 
@@ -229,38 +233,24 @@ def solve_layered(
     if problem.bias is None:
         bias[:] = 0.0
     scale = problem.scale(bias)
-    tolerances = tol * scale
-    found, values, left = np.empty((len(c), first + size)), np.empty(len(c)), np.empty(len(c))
-    rounds = np.zeros(len(c), np.int64)
+    count, unknowns = len(c), first + size
+    z, rounds = np.empty((count, unknowns)), np.zeros(count, np.int64)
+    frames = Frames(c, power, bias, tol * scale, z, np.empty(count), np.empty(count), rounds)
     begin = 0
-    if before is None and len(c):
-        found[0], values[0], left[0], rounds[0] = _best_start(
-            problem, c[0], power[0], bias[0], tolerances[0], max_rounds
+    if before is None and count:
+        z[0], frames.objective[0], frames.left[0], rounds[0] = _best_start(
+            problem, c[0], power[0], bias[0], tol, max_rounds
         )
-        begin = 1
-    z = np.array(found[0] if begin else floats(np.asarray(before), (first + size,), "the frame before"))
-    descend_frames(
-        problem.gram,
-        c[begin:],
-        power[begin:],
-        bias[begin:],
-        float(problem.smooth),
-        problem.shape,
-        z,
-        tolerances[begin:],
-        int(max_rounds),
-        found[begin:],
-        values[begin:],
-        left[begin:],
-        rounds[begin:],
-    )
+        begin, before = 1, z[0]
+    old = np.array(floats(np.asarray(before), (unknowns,), "the frame before"))
+    descend_frames(tuple(problem.compiled), float(problem.smooth), tuple(frames), begin, old, int(max_rounds))
     return LayeredSolution(
-        found[:, :first].reshape(-1, problem.regions, problem.layers),
-        found[:, first:],
-        values,
-        left / scale,
+        z[:, :first].reshape(-1, problem.regions, problem.layers),
+        z[:, first:],
+        frames.objective,
+        frames.left / scale,
         rounds,
-        bool((left <= tolerances).all()),
+        bool((frames.left <= frames.tolerance).all()),
     )
 
 
@@ -303,34 +293,18 @@ def descend_from(
         The unknowns, the objective, the KKT residual, the rounds, and the objective without its
         constant after every half-step of the way, which never rises.
     """
-    z, history, count = np.array(start, np.float64), np.empty(4 * max_rounds + 4), np.zeros(1, np.int64)
-    pull = (1.0 - gamma, float(gamma), 0.0 if before is None else float(problem.smooth))
-    old = z.copy() if before is None else np.array(before, np.float64)
-    scale = float(problem.scale(np.array(gamma)))
-    parts = parts_for(problem.regions, problem.layers, sum(problem.sizes))
-    value, left, rounds = descend(
-        problem.gram,
-        np.ascontiguousarray(c),
-        float(energy),
-        problem.shape,
-        pull,
-        old,
-        z,
-        tol * scale,
-        int(max_rounds),
-        parts,
-        history,
-        count,
-    )
-    return z, float(value), float(left) / scale, int(rounds), history[: count[0]]
+    z, history = np.array(start, np.float64), History(np.empty(4 * max_rounds + 4), np.zeros(1, np.int64))
+    frame, scale = problem.frame(c, energy, gamma, before), float(problem.scale(np.array(gamma)))
+    value, left, rounds = descend(frame, z, tol * scale, int(max_rounds), parts_for(problem.compiled), history)
+    return z, float(value), float(left) / scale, int(rounds), history.values[: history.length[0]]
 
 
 def _best_start(
-    problem: LayeredProblem, c: Floats, energy: float, gamma: float, tolerance: float, max_rounds: int
+    problem: LayeredProblem, c: Floats, energy: float, gamma: float, tol: float, max_rounds: int
 ) -> tuple[Floats, float, float, int]:
     scale = float(problem.scale(np.array(gamma)))
     tries = [
-        descend_from(problem, start, c, energy, gamma, tol=tolerance / scale, max_rounds=max_rounds)
+        descend_from(problem, start, c, energy, gamma, tol=tol, max_rounds=max_rounds)
         for start in first_starts(problem, c)
     ]
     best = min(value for _, value, *_ in tries)

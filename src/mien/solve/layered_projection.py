@@ -84,28 +84,18 @@ def project_frames(layout: Layout, moved: Floats, data: Floats, energy: Floats, 
             while last < len(pieces) and pieces[last, 2] <= begin - begin % WINDOW + WINDOW:
                 last += 1
             for f in range(passing, min(len(moved), passing + PASSING), GROUP):
-                count = min(GROUP, passing + PASSING - f, len(moved) - f)
-                gather(layout, moved, f, count, begin, pieces[last - 1, 2], shown, energy, whole)
+                end = min(f + GROUP, passing + PASSING, len(moved))
+                gather(layout, begin, pieces[last - 1, 2], moved[f:end], shown, energy[f:end], whole[f:end])
                 for piece in range(first, last):
-                    add_piece(layout, piece, begin, shown, f, count, data)
+                    add_piece(layout, piece, begin, shown, data[f:end])
 
 
 @njit(cache=True, nogil=True)
-def gather(
-    layout: Layout,
-    moved: Floats,
-    first: int,
-    count: int,
-    begin: int,
-    end: int,
-    shown: Floats,
-    energy: Floats,
-    whole: Flags,
-) -> None:
+def gather(layout: Layout, begin: int, end: int, moved: Floats, shown: Floats, energy: Floats, whole: Flags) -> None:
     """Lay out some frames' points `begin … end`, 0 where not seen, and add to their energies."""
     order, root = layout.order[begin:end], layout.root[begin:end]
-    for f in range(count):
-        points, row = moved[first + f], shown[f, : 3 * len(order)]
+    for f in range(len(moved)):
+        points, row = moved[f], shown[f, : 3 * len(order)]
         for n in range(len(order)):
             p, w = order[n], root[n]
             row[3 * n] = w * points[p, 0]
@@ -113,24 +103,24 @@ def gather(
             row[3 * n + 2] = w * points[p, 2]
         power = square_sum(row)
         if np.isnan(power):
-            whole[first + f] = False
+            whole[f] = False
             for n in range(len(order)):
                 if np.isnan(row[3 * n]):
                     row[3 * n : 3 * n + 3] = 0.0
             power = square_sum(row)
-        energy[first + f] += power
+        energy[f] += power
 
 
 @njit(cache=True, nogil=True)
-def add_piece(layout: Layout, piece: int, begin: int, shown: Floats, first: int, count: int, data: Floats) -> None:
+def add_piece(layout: Layout, piece: int, begin: int, shown: Floats, data: Floats) -> None:
     """Add the products of a piece of all extremes with some frames, of which `shown` has the points from `begin` on."""
     region, a, b = layout.pieces[piece]
-    for f in range(0, count, TILE):
+    for f in range(0, len(data), TILE):
         for k in range(0, len(layout.basis), TILE):
             found = tile(shown, f, 3 * (a - begin), layout.basis, k, 3 * a, 3 * (b - a))
-            for i in range(min(TILE, count - f)):
+            for i in range(min(TILE, len(data) - f)):
                 for j in range(min(TILE, data.shape[2] - k)):
-                    data[first + f + i, region, k + j] += found[i][j]
+                    data[f + i, region, k + j] += found[i][j]
 
 
 Row = tuple[float, float, float, float]
