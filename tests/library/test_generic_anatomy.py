@@ -137,6 +137,14 @@ def test_lips_meet_where_the_sound_or_the_flexor_closes_them(rig: Rig, poses: di
     assert apart.max() > 20 * MILLIMETRE
 
 
+def test_the_tongue_alone_moves_when_it_is_shown(rig: Rig) -> None:
+    """The jaw has a shape of its own, and both are played together."""
+    shown = np.linalg.norm(template_shapes(rig, ["tongueOut"]).deltas[0], axis=1)
+    tongue = rig.neutral.groups["tongue"]
+    assert shown[tongue].max() > 30 * MILLIMETRE
+    assert np.delete(shown, tongue).max() < 0.1 * MILLIMETRE
+
+
 def test_degrees_of_an_emotion_grow(rig: Rig, poses: dict[str, Floats]) -> None:
     for primary, degrees in PRIMARIES.items():
         sizes = [float(np.linalg.norm(poses[name] - rig.neutral.vertices)) for name in degrees]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from mien.core import Examples
+from mien.core import Examples, InputError
 from mien.retargeting.prepare import prepare
 from mien.retargeting.range_of_motion import RangeOfMotion
 from mien.retargeting.range_of_motion.refit import (
@@ -219,6 +219,32 @@ def test_a_labelled_frame_may_miss_markers_but_not_most_of_them() -> None:
     assert most.shapes == pytest.approx(fit(int(0.6 * len(take.names)), None).shapes)
     assert [note.where for note in most.notes if note.code == "labels-unseen"] == [f"frame {frame}"]
     assert not any(note.code == "labels-unseen" for note in some.notes)
+
+
+def test_a_marker_lost_for_a_while_does_not_cost_what_the_others_show() -> None:
+    """For longer than gaps are filled, and where the take shows one of the shapes."""
+    rig, points, values = face(), points_on(face()), weights() * SMALL
+    take = capture(rig, values, points)
+    gappy = take.points.copy()
+    peak = int(np.argmax(values[:150, 1]))
+    gappy[peak - 20 : peak + 20, 0] = np.nan
+    known = {"neutral": at_rest(rig, points), "head_moves": False}
+
+    def fit(seen: np.ndarray) -> np.ndarray:
+        return RangeOfMotion().fit(rig, replace(take, points=seen), pairs_of(points), **known).shapes
+
+    whole = fit(take.points)
+    assert np.linalg.norm(fit(gappy) - whole) < 0.02 * np.linalg.norm(whole)
+
+
+def test_a_take_whose_every_frame_misses_most_markers_is_refused() -> None:
+    rig, points = face(), points_on(face())
+    take = capture(rig, weights(), points)
+    seen = (np.arange(len(take.points))[:, None] + np.arange(len(points))) % 3 == 0
+    blind = np.where(seen[..., None], take.points, np.nan)
+    known = {"neutral": at_rest(rig, points), "head_moves": False}
+    with pytest.raises(InputError, match="misses too many paired markers"):
+        RangeOfMotion().fit(rig, replace(take, points=blind, fps=1.0), pairs_of(points), **known)
 
 
 def test_shapes_kept_off_are_used_neither_for_explaining_nor_changed_by_it() -> None:

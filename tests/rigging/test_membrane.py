@@ -7,6 +7,7 @@ import pytest
 
 from mien.core import Mesh
 from mien.core.arrays import Floats
+from mien.geometry.templates import template_shapes
 from mien.library.cast import rigged
 from mien.library.generic import generic_rig
 from mien.rigging.baking import LID, LIDS, baked
@@ -70,3 +71,19 @@ def test_rounded_lips_do_not_tear(name: str) -> None:
     own = len(transfer.fit.target.vertices)
     for deltas in shapes.deltas:
         assert membrane.turned(deltas[:own]).sum() <= 1
+
+
+def test_lips_closed_over_an_open_jaw_do_not_tear_where_the_jaw_alone_was_relaxed() -> None:
+    transfer = rigged("cartoon")
+    membrane, own = membrane_of(transfer), len(transfer.fit.target.vertices)
+    shapes, notes = baked(transfer, generic_rig(), ("mouthClose", "jawOpen"))
+    assert [note.where for note in notes if note.code == "skin-relaxed"] == ["jawOpen"]
+    assert not membrane.turned(shapes.deltas.sum(axis=0)[:own]).any()
+    raw = template_shapes(transfer.rig, shapes.names).deltas
+    assert shapes.deltas.sum(axis=0) == pytest.approx(raw.sum(axis=0), abs=1e-9)
+
+
+def test_what_is_meant_on_top_of_a_template_that_is_not_asked_for_stays_as_it_is() -> None:
+    transfer = rigged("cartoon")
+    alone = baked(transfer, generic_rig(), ("mouthClose",))[0].deltas
+    assert alone == pytest.approx(template_shapes(transfer.rig, ("mouthClose",)).deltas, abs=1e-9)

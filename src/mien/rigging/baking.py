@@ -50,20 +50,29 @@ def baked(transfer: Transfer, generic: Rig, names: Iterable[str] | None = None) 
 
 
 def _relaxed(transfer: Transfer, names: tuple[str, ...], deltas: Floats) -> tuple[Floats, list[Note]]:
-    """Relax the displacements `(K, N, 3)` of templates where they turn the skin over, but for the lids."""
-    assert transfer.rig.anatomy is not None
+    """Relax the displacements `(K, N, 3)` of templates where they turn the skin over, but for the lids.
+
+    A template that is meant on top of another is relaxed with it, and adds to what that one was relaxed to.
+    """
+    anatomy = transfer.rig.anatomy
+    assert anatomy is not None
     lids = np.zeros(deltas.shape[1], np.bool_)
-    for muscle in transfer.rig.anatomy.muscles:
+    for muscle in anatomy.muscles:
         if muscle.name in LIDS:
             lids |= muscle.weights[: len(lids)] > LID
-    membrane, result, notes = Membrane.of(transfer.fit, lids), np.array(deltas), []
+    bases = {row: names.index(base) for row, name in enumerate(names) if (base := anatomy.bases.get(name)) in names}
+    membrane, poses, notes = Membrane.of(transfer.fit, lids), np.array(deltas), []
     for row, name in enumerate(names):
-        if name in transfer.rig.anatomy.bases:  # no pose by itself
+        if name in anatomy.bases and row not in bases:  # no pose by itself
             continue
-        result[row], before, after = membrane.relaxed(deltas[row])
+        whole = deltas[row] + deltas[bases[row]] if row in bases else deltas[row]
+        poses[row], before, after = membrane.relaxed(whole)
         if before:
             notes.append(Note("skin-relaxed", f"{before} triangles were turned over, now {after}.", name))
-    return result, notes
+    added = poses.copy()
+    for row, under in bases.items():
+        added[row] -= poses[under]
+    return added, notes
 
 
 def _shut(transfer: Transfer, name: str, deltas: Floats) -> list[Note]:

@@ -78,7 +78,7 @@ ACTIONS: Final[dict[str, Controls]] = {
         "lip_lower_left.tz": 0.0045,
         "lip_corner_left.tz": 0.002,
     },
-    "19": {"tongue.tz": 0.032, "tongue.ty": 0.014, "jaw.rx": 0.2},
+    "19": {"tongue.tz": 0.032, "tongue.ty": 0.014},
     "20": {"risorius_left": 1.0, "triangularis_left": 0.25},
     "22": {
         "orbicularis_oris_left": 0.6,

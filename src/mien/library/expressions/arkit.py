@@ -53,5 +53,5 @@ SHAPES: Final[Mapping[str, Mapping[str, float]]] = _WHOLE | {
 }
 """Intensity of each action unit, by shape."""
 
-BASES: Final[dict[str, str]] = {"mouthClose": "jawOpen"}
-"""Closing the lips is meant while the jaw is open, and moves nothing without it."""
+BASES: Final[dict[str, str]] = {"mouthClose": "jawOpen", "tongueOut": "jawOpen"}
+"""Closing the lips and showing the tongue are meant while the jaw is open, and leave it where it is."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from mien.core import Clip
 from mien.core.arrays import Floats
+from mien.library.expressions.arkit import BASES
 from mien.vocabularies.arkit import ARKIT_NAMES
 
 FPS: Final = 60.0
@@ -84,10 +85,10 @@ def scripted(cues: tuple[Cue, ...], length: float) -> Clip:
 
 
 def _range_of_motion() -> Clip:
-    """Return each ARKit shape to its extreme and back, one after the other; lips close on an open jaw."""
+    """Return each ARKit shape to its extreme and back, one after the other, on top of what it is meant on."""
     cues = [Cue(name, i * _BEAT, (i + 1) * _BEAT, 1.0, 0.2) for i, name in enumerate(ARKIT_NAMES)]
-    closed = cues[ARKIT_NAMES.index("mouthClose")]
-    return scripted((*cues, closed._replace(template="jawOpen")), len(cues) * _BEAT)
+    under = [cues[ARKIT_NAMES.index(name)]._replace(template=base) for name, base in BASES.items()]
+    return scripted((*cues, *under), len(cues) * _BEAT)
 
 
 SCRIPTS: Final[Mapping[str, Clip]] = {

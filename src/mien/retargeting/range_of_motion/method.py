@@ -17,7 +17,7 @@ from scipy import sparse
 
 from mien.capture import Neutral
 from mien.core import Clip, Correspondence, Examples, InputError, Markers, Note, Rig
-from mien.core.arrays import Floats, Ints
+from mien.core.arrays import Flags, Floats, Ints
 from mien.core.errors import unknown
 from mien.geometry.laplacian import cotangent_laplacian, triangulate_markers
 from mien.retargeting.initial import warped_shapes
@@ -142,15 +142,16 @@ class RangeOfMotion:
     def align(self, prepared: Prepared, character: Rig, examples: Examples | None = None) -> Alignment:
         """Find the actor's own blendshapes: similarity, key expressions, alignment (§4)."""
         names, shapes = character.blendshapes.names, prepared.terms.deltas
-        seen = ~np.isnan(prepared.take).any(axis=(1, 2))
-        if not seen.any():
-            raise InputError(
-                "every frame of the training take misses some paired marker; leave the worst markers out of the pairs."
-            )
-        frames = np.flatnonzero(seen)
         remarks: tuple[Note, ...] = ()
         if examples is not None:
             examples, remarks = _usable(checked_examples(examples, len(prepared.take), self.name), prepared.take)
+        if self.shapes == "refit":
+            prepared = _completed(prepared, names, self.solve.off)
+        frames = np.flatnonzero(~np.isnan(prepared.take).any(axis=(1, 2)))
+        if not len(frames):
+            raise InputError(
+                "every frame of the training take misses too many paired markers; leave the worst ones out of the pairs."
+            )
         alike = similarity(prepared.take[frames], shapes, self.steepness)
         enhanced, labelled = _with_examples(alike.enhanced, frames, names, examples)
         keys = key_expressions(enhanced, self.prominence)
@@ -240,7 +241,7 @@ UNSEEN_CM = 0.02
 WEAK_EVIDENCE = 0.3
 """Below this correlation no frame of the take looks like the shape."""
 MISSING = 0.5
-"""Labelled frames that miss more than this share of the points say too little."""
+"""Frames that miss more than this share of the points say too little."""
 
 
 def _opinion_note(shares: Mapping[str, float]) -> tuple[Note, ...]:
@@ -257,20 +258,27 @@ def _opinion_note(shares: Mapping[str, float]) -> tuple[Note, ...]:
 def _take_of(
     prepared: Prepared, frames: Ints, names: Sequence[str], off: Sequence[str], examples: Examples | None
 ) -> Take:
-    """Return what the shapes are found from; points that a labelled frame misses are where its other points put them."""
+    """Return what the shapes are found from."""
     labels = np.full((0 if examples is None else len(examples.frames), len(names)), np.nan)
     labelled = np.empty(0, np.int64)
     if examples is not None:
         labels[:, [list(names).index(name) for name in examples.names]] = examples.values
         labelled = examples.frames
     confidence = np.asarray(prepared.pairs.confidence)
-    take = Take(names, prepared.take[frames], confidence, off, prepared.take[labelled], labels)
-    missing = np.isnan(take.labelled)
-    if not missing.any():
-        return take
-    shapes = prepared.terms.deltas
-    filled = np.tensordot(take.weights(shapes, take.labelled, 1.0), shapes, axes=1)
-    return replace(take, labelled=np.where(missing, filled, take.labelled))
+    return Take(names, prepared.take[frames], confidence, off, prepared.take[labelled], labels)
+
+
+def _completed(prepared: Prepared, names: Sequence[str], off: Sequence[str]) -> Prepared:
+    """Put points that a frame misses where its other points put them, if it sees at least half of all."""
+    missing: Flags = np.isnan(prepared.take[..., 0])
+    gappy = np.flatnonzero(missing.any(axis=1) & (missing.mean(axis=1) <= MISSING))
+    if not len(gappy):
+        return prepared
+    take, shapes = _take_of(prepared, gappy, names, off, None), prepared.terms.deltas
+    fitted = np.tensordot(take.weights(shapes, take.frames, 1.0), shapes, axes=1)
+    filled = prepared.take.copy()
+    filled[gappy] = np.where(missing[gappy][..., None], fitted, take.frames)
+    return replace(prepared, take=filled)
 
 
 def _usable(examples: Examples, take: Floats) -> tuple[Examples, tuple[Note, ...]]:
