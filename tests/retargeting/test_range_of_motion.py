@@ -181,7 +181,7 @@ def test_examples_replace_the_similarities_of_their_shapes() -> None:
 def test_examples_of_unknown_shapes_or_frames_are_refused() -> None:
     rig, points = face(), points_on(face())
     take = capture(rig, weights(), points)
-    for frame, name, why in ((10, "jawOpne", "jawOpen"), (9999, "jawOpen", "frames 9999")):
+    for frame, name, why in ((10, "jawOpne", "jawOpen"), (9999, "jawOpen", "frame 9999")):
         with pytest.raises(InputError, match=why):
             RangeOfMotion().fit(
                 rig, take, pairs_of(points), examples=Examples(np.array([frame]), (name,), np.array([[1.0]]))

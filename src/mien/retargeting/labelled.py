@@ -23,10 +23,11 @@ def checked_examples(examples: Examples | None, frames: int, method: str) -> Exa
             "show different expressions, with --examples. `mien label` chooses frames and makes a file to fill in."
         )
     if examples.frames.max() >= frames:
-        outside = [int(f) for f in examples.frames if f >= frames]
+        outside = [str(f) for f in examples.frames if f >= frames]
+        which = f"frame {outside[0]} is" if len(outside) == 1 else f"frames {', '.join(outside[:6])} are"
         raise InputError(
-            f"{len(outside)} labels lie outside of the training take of {frames} frames (0 … {frames - 1}): "
-            f"frames {', '.join(map(str, outside[:6]))}. Correct them, or give the take that was labelled."
+            f"{which} labelled ({len(outside)} in all), but outside of the training take of {frames} frames "
+            f"(0 … {frames - 1}). Correct the labels, or give the take that was labelled."
         )
     for frame in np.flatnonzero(np.bincount(examples.frames) > 1):
         _check_agreement(examples, int(frame))
