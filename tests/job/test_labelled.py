@@ -213,7 +213,7 @@ def write_rows(files: SmallFiles, *rows: str) -> None:
         (("frame,jawOpen",), "labels no frame"),
         (("frame,jawOpen", "5,"), "there are none"),
         (("frame,jawOpen", "5,1", "5,0"), r"more than once \(frame 5\)"),
-        (("frame,jawOpen", "5,1", "500,0"), "outside of the training take.*500"),
+        (("frame,jawOpen", "5,1", "500,0"), "500.*outside of the training take"),
         (("frame,jawOpen", "-5,1"), "whole numbers"),
         (("frame,jawOpne", "5,1"), "Did you mean 'jawOpen'"),
         (("frame,jawOpen", "5,inf"), "finite|infin"),
