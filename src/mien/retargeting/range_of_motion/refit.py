@@ -38,8 +38,6 @@ SMOOTH = 0.001
 """Of the weights that the shapes are found with: blinks are to show their full strength."""
 NOISE_CM = 0.2
 """How far a point may be off, shapes and all, on a human face."""
-LIMIT = 0.95
-"""A shape labelled with this or more was shown at its limit, whatever range its weights seem to have."""
 DOUBT = 0.5
 """How far, as a share, labels are expected to change the strength that a shape has without them."""
 INDEPENDENT = 0.01
@@ -129,8 +127,7 @@ def personalise(guess: Floats, take: Take, refit: Refit, *, full_range: bool) ->
 
 def begun(guess: Floats, take: Take, refit: Refit, *, full_range: bool) -> Floats:
     """Return shapes `(K, M, 3)` as strong as the take, if it shows the actor's range, and the labels have them [cm]."""
-    full = np.asarray((np.nan_to_num(take.labels) >= LIMIT).any(axis=0))
-    return strengthened(calibrated(guess, take, refit.full, FIRST, but=full) if full_range else guess, take)
+    return strengthened(calibrated(guess, take, refit.full, FIRST) if full_range else guess, take)
 
 
 def unexplained(shapes: Floats, take: Take) -> float:
