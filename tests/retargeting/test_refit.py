@@ -230,11 +230,13 @@ def test_a_marker_lost_for_a_while_does_not_cost_what_the_others_show() -> None:
     gappy[peak - 20 : peak + 20, 0] = np.nan
     known = {"neutral": at_rest(rig, points), "head_moves": False}
 
-    def fit(seen: np.ndarray) -> np.ndarray:
-        return RangeOfMotion().fit(rig, replace(take, points=seen), pairs_of(points), **known).shapes
+    def fit(seen: np.ndarray) -> ShapeRetargeter:
+        return RangeOfMotion().fit(rig, replace(take, points=seen), pairs_of(points), **known)
 
-    whole = fit(take.points)
-    assert np.linalg.norm(fit(gappy) - whole) < 0.02 * np.linalg.norm(whole)
+    whole, found = fit(take.points), fit(gappy)
+    assert np.linalg.norm(found.shapes - whole.shapes) < 0.02 * np.linalg.norm(whole.shapes)
+    gone = int(np.isnan(gappy).any(axis=(1, 2)).sum())
+    assert [note.message[:10] for note in found.notes if note.code == "frames-completed"] == [f"{gone} of 240 "]
 
 
 def test_a_take_whose_every_frame_misses_most_markers_is_refused() -> None:

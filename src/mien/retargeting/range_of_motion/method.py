@@ -146,7 +146,8 @@ class RangeOfMotion:
         if examples is not None:
             examples, remarks = _usable(checked_examples(examples, len(prepared.take), self.name), prepared.take)
         if self.shapes == "refit":
-            prepared = _completed(prepared, names, self.solve.off)
+            prepared, repairs = _completed(prepared, names, self.solve.off)
+            remarks += repairs
         frames = np.flatnonzero(~np.isnan(prepared.take).any(axis=(1, 2)))
         if not len(frames):
             raise InputError(
@@ -268,17 +269,21 @@ def _take_of(
     return Take(names, prepared.take[frames], confidence, off, prepared.take[labelled], labels)
 
 
-def _completed(prepared: Prepared, names: Sequence[str], off: Sequence[str]) -> Prepared:
-    """Put points that a frame misses where its other points put them, if it sees at least half of all."""
+def _completed(prepared: Prepared, names: Sequence[str], off: Sequence[str]) -> tuple[Prepared, tuple[Note, ...]]:
+    """Put points that a frame misses where its other points put them, if it sees at least half of all; count such frames."""
     missing: Flags = np.isnan(prepared.take[..., 0])
     gappy = np.flatnonzero(missing.any(axis=1) & (missing.mean(axis=1) <= MISSING))
     if not len(gappy):
-        return prepared
+        return prepared, ()
     take, shapes = _take_of(prepared, gappy, names, off, None), prepared.terms.deltas
     fitted = np.tensordot(take.weights(shapes, take.frames, 1.0), shapes, axes=1)
     filled = prepared.take.copy()
     filled[gappy] = np.where(missing[gappy][..., None], fitted, take.frames)
-    return replace(prepared, take=filled)
+    text = (
+        f"{len(gappy)} of {len(missing)} frames of the training take miss some markers, which were put where the others "
+        "have them."
+    )
+    return replace(prepared, take=filled), (Note("frames-completed", text),)
 
 
 def _usable(examples: Examples, take: Floats) -> tuple[Examples, tuple[Note, ...]]:
