@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import struct
 from pathlib import Path
 
@@ -11,6 +12,7 @@ import pytest
 
 from mien.core import InputError
 from mien.vocabularies import ARKIT, ARKIT_NAMES, arkit_name, match, shape_key
+from mien.vocabularies.calibration import EXPRESSIONS, list_weights
 from mien.vocabularies.regions import regions_of
 
 SPELLINGS = [
@@ -145,3 +147,15 @@ def test_names_say_which_region_a_shape_belongs_to() -> None:
     names = ["browDownLeft", "EyeBlink_L", "blink_R", "noseSneerLeft", "cheekSquint_L", "jawOpen", "Eyebrow_Up", "A25"]
     regions = ["brows", "eyes", "eyes", "cheeks", "cheeks", "mouth", "brows", "mouth"]
     assert list(regions_of(names)) == regions
+
+
+def test_the_calibration_list_is_the_one_that_is_documented() -> None:
+    page = (Path(__file__).resolve().parents[1] / "docs" / "calibration-take.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| (\d[\d, –]*) \|", page, re.MULTILINE)
+    numbers = [int(number) for row in rows for number in re.split(", |–", row)]
+    ranges = [list(map(int, row.split("–"))) for row in rows if "–" in row]
+    counted = sorted({*numbers, *(n for first, last in ranges for n in range(first, last + 1))})
+    assert counted == list(range(1, len(EXPRESSIONS) + 1))
+    assert list_weights().shape == (len(EXPRESSIONS), len(ARKIT_NAMES))
+    assert (list_weights().max(axis=1) > 0.5).all()
+    assert len(np.unique(list_weights(), axis=0)) == len(EXPRESSIONS)

@@ -20,7 +20,15 @@ def label(
     ],
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the pictures and labels.csv.")],
     count: Annotated[int, typer.Option(min=1, max=1000, help="How many frames.")] = 10,
+    listed: Annotated[
+        bool,
+        typer.Option(
+            "--list", help="The actor did the list of docs/calibration-take.md, in its order: label all of it."
+        ),
+    ] = False,
     actor: options.Actor = None,
+    pairs: options.Pairs = None,
+    landmarks: options.Landmarks = None,
     json: options.Json = False,
     quiet: options.Quiet = False,
 ) -> None:
@@ -30,6 +38,10 @@ def label(
     be corrected, and beside the actor in the pictures. Rows that are in the folder's labels.csv
     already are kept as they are.
 
+    With --list no row has to be filled in: each expression of the list is found in the take and labelled with the
+    CHARACTER's shapes of Apple's names, to be checked in the pictures. That needs --pairs or --landmarks as
+    `mien retarget` does, unless they lie beside the files.
+
     Examples:
       mien label take.c3d hero.glb -o labels --count 10
 
@@ -38,13 +50,25 @@ def label(
       mien label take.c3d hero.mien -o labels --count 5
 
       mien retarget take.c3d hero.glb --examples labels/labels.csv -o out.glb
+
+      mien label rom.c3d hero.glb --list -o labels
+
+      mien retarget take.c3d hero.glb --training rom.c3d --examples labels/labels.csv -o out.glb
     """
     from mien.cli.say import console, print_json, print_notes, stages
+    from mien.core import InputError
     from mien.job import label as job
+    from mien.job.label_list import choose_listed
+
+    if not listed and (pairs is not None or landmarks is not None):
+        raise InputError("--pairs and --landmarks are for --list, which compares the actor with the character.")
 
     with stages(quiet) as stage:
         stage("choose")
-        choice = job.choose(performance, side, output, count=count, actor=actor)
+        if listed:
+            choice = choose_listed(performance, side, output, actor=actor, pairs=pairs, landmarks=landmarks)
+        else:
+            choice = job.choose(performance, side, output, count=count, actor=actor)
         stage("write")
         written = job.write(choice, output)
     if json:
@@ -52,15 +76,24 @@ def label(
             {
                 "frames": choice.frames.tolist(),
                 "predicted": choice.filled,
+                "captions": list(choice.captions),
                 "written": [str(path) for path in written],
                 "warnings": [vars(note) for note in choice.notes],
             }
         )
     elif not quiet:
         out = console()
-        out.print(f"{len(choice.frames)} frames to label: {', '.join(map(str, choice.frames))}")
+        said = [f" {caption}" for caption in choice.captions] or [""] * len(choice.frames)
+        each = ", ".join(f"{frame}{words}" for frame, words in zip(choice.frames, said, strict=True))
+        out.print(f"{len(choice.frames)} frames {'recognised' if listed else 'to label'}: {each}")
         print_notes(choice.notes)
-        todo = "correct the new rows" if choice.filled else "fill in the rows"
+        todo = (
+            "check and correct the new rows"
+            if listed
+            else "correct the new rows"
+            if choice.filled
+            else "fill in the rows"
+        )
         out.print(
             f"{todo} of {written[0]} (a blank cell says nothing, 0 says at rest), delete those you leave out, then fit"
         )

@@ -5,13 +5,14 @@ Label, fit, suggest, label: a folder that has a table already keeps every row of
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from mien.core import Examples, FileError, InputError, Markers, Note, Rig
-from mien.core.arrays import Ints
+from mien.core.arrays import Floats, Ints
 from mien.io.examples import read_examples, write_examples
 from mien.job.labelled import Source, Target, read_target, source_of
 from mien.job.likeness import actor_pictures, reading_of
@@ -44,6 +45,7 @@ class Choice:
         pictures: of the new frames, with the predicted poses beside the actor's; none if only weights are known.
         filled: whether the new rows hold a prediction to correct.
         notes: what could not be done.
+        captions: what each new frame shows, if that is known.
     """
 
     frames: Ints
@@ -51,6 +53,7 @@ class Choice:
     pictures: tuple[Picture, ...]
     filled: bool
     notes: tuple[Note, ...] = ()
+    captions: tuple[str, ...] = ()
 
 
 def choose(performance: Path, side: Path, folder: Path, *, count: int = 10, actor: Path | None = None) -> Choice:
@@ -88,7 +91,10 @@ def write(choice: Choice, folder: Path) -> list[Path]:
         save_png(folder / f"frame_{frame:05d}.png", picture)
         written.append(folder / f"frame_{frame:05d}.png")
     if choice.pictures:
-        cells = [Labelled(p, f"frame {f}") for f, p in zip(choice.frames, choice.pictures, strict=True)]
+        said = [f": {caption}" for caption in choice.captions] or [""] * len(choice.frames)
+        cells = [
+            Labelled(p, f"frame {f}{words}") for f, p, words in zip(choice.frames, choice.pictures, said, strict=True)
+        ]
         across = max(1, WIDTH // choice.pictures[0].shape[1])
         rows = [Row("", tuple(cells[i : i + across])) for i in range(0, len(cells), across)]
         save_png(folder / OVERVIEW, sheet(rows))
@@ -101,7 +107,7 @@ def _by_model(asked: Asked, before: Examples | None, count: int) -> Choice:
     """Choose by what the model was shown, and put its predictions in the table."""
     model = asked.fitted.retargeter
     known = np.zeros(0, dtype=np.int64) if before is None else before.frames
-    _check_frames(known, len(asked.rows))
+    check_frames(known, len(asked.rows))
     shown = np.concatenate([asked.shown, asked.rows[known]])
     frames = chosen(shown, asked.rows, count, asked.frames.fps).frames
     clip = model.retarget(asked.frames)[0]
@@ -110,26 +116,26 @@ def _by_model(asked: Asked, before: Examples | None, count: int) -> Choice:
     if before is None and _is_training(asked):
         old = asked.labels
     choice = _choice(asked.performance, asked.fitted, reading_of(model), new, old, filled=True)
-    return replace(choice, pictures=_beside(choice.pictures, asked.fitted, new))
+    rig = asked.fitted.character
+    if rig is None or asked.fitted.bones is not None or new.names != rig.blendshapes.names:
+        return choice
+    return replace(choice, pictures=beside(choice.pictures, rig, new.values))
 
 
-def _beside(pictures: tuple[Picture, ...], fitted: Fitted, predicted: Examples) -> tuple[Picture, ...]:
-    """Put the predicted poses beside pictures of the actor, if shapes of a rig are what was predicted."""
-    rig = fitted.character
-    if rig is None or fitted.bones is not None or predicted.names != rig.blendshapes.names:
-        return pictures
+def beside(pictures: Sequence[Picture], rig: Rig, poses: Floats) -> tuple[Picture, ...]:
+    """Put a character in poses `(E, K)` of all its shapes beside pictures of the actor."""
     sitter = Portrait.of(rig, size=(SIZE, SIZE))
-    pairs = zip(pictures, predicted.values, strict=True)
+    pairs = zip(pictures, poses, strict=True)
     return tuple(np.concatenate([actor, sitter.picture(pose)], axis=1) for actor, pose in pairs)
 
 
 def _from_scratch(performance: Performance, target: Target, before: Examples | None, count: int) -> Choice:
     """Choose by the rest pose alone, as if it were labelled, and the rest pose itself."""
-    names = _parameters(target)
+    names = parameters(target)
     source = source_of(performance, target.rig, count=DEFAULT_COUNT)
     read = _read(source, target.rig, head_moves=performance.head_moves)
     known = np.zeros(0, dtype=np.int64) if before is None else before.frames
-    _check_frames(known, len(read.take))
+    check_frames(known, len(read.take))
     calm = np.zeros(0, dtype=np.int64)
     if not len(known):
         distance = np.linalg.norm(np.where(np.isnan(read.take), np.inf, read.take), axis=1)
@@ -177,10 +183,10 @@ def _choice(
     if not pictures:
         text = "there is no picture of weights alone; give the rig they were recorded on with --actor."
         notes = (Note("no-pictures", text, str(performance.path)),)
-    return Choice(new.frames, _joined(old, new), tuple(pictures), filled, notes)
+    return Choice(new.frames, joined(old, new), tuple(pictures), filled, notes)
 
 
-def _joined(old: Examples | None, new: Examples) -> Examples:
+def joined(old: Examples | None, new: Examples) -> Examples:
     """Return the rows that were there, untouched, and the new ones."""
     if old is None:
         return new
@@ -198,7 +204,12 @@ def _is_training(asked: Asked) -> bool:
     return np.allclose(asked.rows[asked.labels.frames], asked.shown, equal_nan=True)
 
 
-def _parameters(target: Target) -> tuple[str, ...]:
+def parameters(target: Target) -> tuple[str, ...]:
+    """Return the names of what can be labelled.
+
+    Raises:
+        InputError: the character has no blendshapes.
+    """
     rig: Rig | None = target.rig
     if rig is not None:
         moving = tuple(name for name in rig.blendshapes.names if name not in rig.blendshapes.empty)
@@ -210,7 +221,12 @@ def _parameters(target: Target) -> tuple[str, ...]:
     return target.animations[0].names
 
 
-def _check_frames(known: Ints, length: int) -> None:
+def check_frames(known: Ints, length: int) -> None:
+    """Refuse a table of another take.
+
+    Raises:
+        InputError: it labels a frame that the performance does not have.
+    """
     if len(known) and known.max() >= length:
         raise InputError(
             f"{TABLE} in the folder labels frame {known.max()}, but the performance has frames 0 … {length - 1}; "
