@@ -53,7 +53,7 @@ def label(
 
       mien label rom.c3d hero.glb --list -o labels
 
-      mien retarget take.c3d hero.glb --training rom.c3d --examples labels/labels.csv -o out.glb
+      mien retarget take.c3d hero.glb --training rom.c3d --examples labels/labels.csv --set full_range=false -o out.glb
     """
     from mien.cli.say import console, print_json, print_notes, stages
     from mien.core import InputError

@@ -29,7 +29,7 @@ from mien.retargeting.rows import MarkerRows, Reading, read_points, read_weights
 from mien.retargeting.shape_retargeter import ShapeRetargeter
 
 TABLE, OVERVIEW = "labels.csv", "frames.png"
-SIZE, WIDTH = 360, 1800
+SIZE, WIDTH = 360, 2880
 """Height of a picture and width of the sheet of all, at most [pixels]."""
 DIGITS = 3
 """Of predictions in the table."""
