@@ -239,6 +239,25 @@ def test_a_marker_lost_for_a_while_does_not_cost_what_the_others_show() -> None:
     assert [note.message[:10] for note in found.notes if note.code == "frames-completed"] == [f"{gone} of 240 "]
 
 
+def test_a_marker_that_is_never_seen_is_left_out_with_its_place_in_the_neutral() -> None:
+    rig, points = face(), points_on(face())
+    take = capture(rig, weights(), points)
+    lost = take.points.copy()
+    lost[:, 3] = np.nan
+    known = {"neutral": at_rest(rig, points), "head_moves": False}
+    found = RangeOfMotion().fit(rig, replace(take, points=lost), pairs_of(points), **known)
+    assert found.markers == tuple(name for name in take.names if name != "m3")
+    assert found.neutral == pytest.approx(np.delete(at_rest(rig, points).points, 3, axis=0))
+
+
+def test_a_neutral_of_other_points_than_the_pairs_is_refused() -> None:
+    rig, points = face(), points_on(face())
+    rest = at_rest(rig, points)
+    short = replace(rest, points=rest.points[1:])
+    with pytest.raises(InputError, match="48 points, but there are 49 pairs"):
+        RangeOfMotion().fit(rig, capture(rig, weights(), points), pairs_of(points), neutral=short)
+
+
 def test_a_take_whose_every_frame_misses_most_markers_is_refused() -> None:
     rig, points = face(), points_on(face())
     take = capture(rig, weights(), points)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from mien.capture import Neutral, Stabiliser, fill_gaps, find_neutral, learn_stabiliser
 from mien.core import Correspondence, InputError, Markers, Note, Rig
-from mien.core.arrays import Floats
+from mien.core.arrays import Flags, Floats
 from mien.retargeting.terms import Terms, common_terms
 
 STILL_CM = 0.05
@@ -63,7 +63,10 @@ def prepare(
             actor and character that do not fit each other.
     """
     _check_character(character)
-    pairs, dropped = _usable(pairs, training)
+    kept, dropped = _usable(pairs, training)
+    if neutral is not None:
+        neutral = _at(neutral, kept)
+    pairs = pairs.take(kept)
     markers = fill_gaps(training.only(pairs.names))
     rest = find_neutral(markers) if neutral is None else neutral
     terms = common_terms(rest.points, character, pairs)
@@ -100,8 +103,17 @@ def _check_character(character: Rig) -> None:
         )
 
 
-def _usable(pairs: Correspondence, training: Markers) -> tuple[Correspondence, tuple[Note, ...]]:
-    """Leave out pairs whose marker the take never sees, or whose place on the character is a guess."""
+def _at(neutral: Neutral, kept: Flags) -> Neutral:
+    """Return a neutral `(M, 3)` at the pairs that are kept `(M,)`."""
+    if len(neutral.points) != len(kept):
+        raise InputError(
+            f"the neutral has {len(neutral.points)} points, but there are {len(kept)} pairs; give it a point for each."
+        )
+    return replace(neutral, points=neutral.points[kept])
+
+
+def _usable(pairs: Correspondence, training: Markers) -> tuple[Flags, tuple[Note, ...]]:
+    """Return `(M,)` which pairs to keep: not those whose marker the take never sees, or whose place is a guess."""
     training.index(pairs.names)
     seen = np.asarray(training.only(pairs.names).seen.any(axis=0))
     sure = np.asarray(pairs.confidence) > 0
@@ -123,4 +135,4 @@ def _usable(pairs: Correspondence, training: Markers) -> tuple[Correspondence, t
         raise InputError(
             f"only {(seen & sure).sum()} of {len(pairs)} pairs are usable; at least 4, spread over the face, are needed."
         )
-    return pairs.take(seen & sure), tuple(notes)
+    return np.asarray(seen & sure), tuple(notes)
