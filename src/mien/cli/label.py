@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from mien.cli import options
+
+if TYPE_CHECKING:
+    from mien.job.label import Choice
 
 
 def label(
@@ -19,7 +22,7 @@ def label(
         ),
     ],
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the pictures and labels.csv.")],
-    count: Annotated[int, typer.Option(min=1, max=1000, help="How many frames.")] = 10,
+    count: Annotated[int, typer.Option(min=1, max=1000, help="How many frames; with --list, all that are found.")] = 10,
     listed: Annotated[
         bool,
         typer.Option(
@@ -55,7 +58,7 @@ def label(
 
       mien retarget take.c3d hero.glb --training rom.c3d --examples labels/labels.csv --set full_range=false -o out.glb
     """
-    from mien.cli.say import console, print_json, print_notes, stages
+    from mien.cli.say import print_json, stages
     from mien.core import InputError
     from mien.job import label as job
     from mien.job.label_list import choose_listed
@@ -82,18 +85,19 @@ def label(
             }
         )
     elif not quiet:
-        out = console()
-        said = [f" {caption}" for caption in choice.captions] or [""] * len(choice.frames)
-        each = ", ".join(f"{frame}{words}" for frame, words in zip(choice.frames, said, strict=True))
-        out.print(f"{len(choice.frames)} frames {'recognised' if listed else 'to label'}: {each}")
-        print_notes(choice.notes)
-        todo = (
-            "check and correct the new rows"
-            if listed
-            else "correct the new rows"
-            if choice.filled
-            else "fill in the rows"
-        )
-        out.print(
-            f"{todo} of {written[0]} (a blank cell says nothing, 0 says at rest), delete those you leave out, then fit"
-        )
+        _say(choice, written[0], listed=listed)
+
+
+def _say(choice: Choice, table: Path, *, listed: bool) -> None:
+    """Print which frames were chosen, and what is to be done with the table."""
+    from mien.cli.say import console, print_notes
+
+    out = console()
+    captions = choice.captions or ("",) * len(choice.frames)
+    each = ", ".join(f"{frame} {caption}".rstrip() for frame, caption in zip(choice.frames, captions, strict=True))
+    out.print(f"{len(choice.frames)} frames {'recognised' if listed else 'to label'}: {each}")
+    print_notes(choice.notes)
+    todo = "check and correct" if listed else "correct" if choice.filled else "fill in"
+    out.print(
+        f"{todo} the new rows of {table} (a blank cell says nothing, 0 says at rest), delete those you leave out, then fit"
+    )

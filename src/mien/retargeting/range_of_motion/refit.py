@@ -152,8 +152,8 @@ def calibrated(shapes: Floats, take: Take, full: float, share: float = 1.0, but:
         but: `(K,)` shapes that keep their strength.
     """
     strongest = np.quantile(take.weights(shapes, take.frames, LARGEST), full, axis=0)
-    told = strongest > SHOWN if but is None else (strongest > SHOWN) & ~but
-    scale = np.where(told, np.clip(strongest, SHOWN, LARGEST), 1.0) ** share
+    shown = strongest > SHOWN if but is None else (strongest > SHOWN) & ~but
+    scale = np.where(shown, np.clip(strongest, SHOWN, LARGEST), 1.0) ** share
     return _scaled(shapes, scale, take.correctives)
 
 
